@@ -1,8 +1,8 @@
 //! Functions of the group `b2p2_zmp`: the ground's reaction and the zero moment point.
 
-use super::b2p2_parameters::parameters;
-use super::input::{Input, numbers};
-use super::{EvaluateError, Functions};
+use super::parameters::parameters;
+use crate::tools::evaluate::input::{Input, numbers};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::robots::b2p2::Posture;

@@ -1,8 +1,8 @@
 //! Functions of the group `rt_mover`: the kinematics of the leg-wheel robot RT-Mover. Contacts of a
 //! support are counter-clockwise.
 
-use super::input::{Input, matrix, number, numbers};
-use super::{EvaluateError, Functions};
+use crate::tools::evaluate::input::{Input, matrix, number, numbers};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::robots::rt_mover::lifting::{self, ArmAngles, ProjectedBody, SupportAxle};

@@ -1,7 +1,7 @@
 //! Functions of the group `b2p2_screw`: the extension that keeps the tracks taut.
 
-use super::input::{Input, number};
-use super::{EvaluateError, Functions};
+use crate::tools::evaluate::input::{Input, number};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use fixed::types::I4F28;
 use serde_json::{Value, json};
 use tautrack::math::Scalar;

@@ -3,8 +3,8 @@
 //! Thigh and shank have no mass, as in the plant. Parallelograms keep the steering axes parallel to
 //! the platform's z axis; here, two joints do it that turn back by the angles of knee and hip.
 
-use super::{Description, Joint, Motion, inertia};
 use crate::robots::hylos::plant::{HylosParameters, mass_properties};
+use crate::tools::generate::urdf::{Description, Joint, Motion, inertia};
 use crate::world::truth::Part;
 use std::collections::BTreeMap;
 use tautrack::robots::hylos::parameters::{HIP_RANGE, KNEE_RANGE, STEERING_RANGE};
@@ -19,7 +19,7 @@ const LEGS: [(&str, [f64; 2]); 4] = [
 /// Thickness of thigh and shank in pictures, m. The paper does not give it.
 const THICKNESS: f64 = 0.03;
 
-pub fn description() -> Description {
+pub fn links() -> Description {
     let p = HylosParameters::nominal([0.0; 3]);
     let [platform, carrier, wheel] = mass_properties(&p).map(|mass| inertia(&mass));
     let root = "platform".to_owned();

@@ -1,9 +1,9 @@
 //! Functions of the group `hylos_control`: the velocity model and the decoupled control of posture
 //! and trajectory.
 
-use super::hylos_parameters::{attitude, legs, parameters, posture};
-use super::input::{Input, matrix, numbers};
-use super::{EvaluateError, Functions};
+use super::parameters::{attitude, legs, parameters, posture};
+use crate::tools::evaluate::input::{Input, matrix, numbers};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::robots::hylos::velocity::steering_rate;

@@ -1,12 +1,13 @@
 //! Draws B2P2's runs: stairs up, curbs, ramps, side slopes and flat ground; belts of different
 //! lengths, declared loads.
 
-use super::commands::{Controls, commands};
-use super::{OPERATED_S, standing_deg};
+use super::suite::mass;
 use crate::robots::payload::Payload;
 use crate::scenario::{Description, Event};
-use crate::tools::suite::draw::family::{beginning, mass};
+use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
+use crate::tools::suite::draw::operators::commands::{Controls, commands};
+use crate::tools::suite::draw::operators::{OPERATED_S, standing_deg};
 use crate::world::terrain::Terrain;
 
 /// Upper bound of the time until the robot is armed, s.
@@ -35,7 +36,7 @@ fn chassis(random: &mut Random, event: &mut Event) {
     event.chassis_deg = Some(random.weighted(&exact).flatten().unwrap_or(drawn));
 }
 
-pub(super) fn draw(random: &mut Random) -> Description {
+pub fn draw(random: &mut Random) -> Description {
     let mut drawn = beginning(random);
     drawn.duration_s = HOMING_S + OPERATED_S;
     drawn.friction = random.between(0.7, 1.3);

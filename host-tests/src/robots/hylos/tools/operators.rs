@@ -1,13 +1,13 @@
 //! Draws Hylos' runs: hillsides with waves, any heading and clearance, with and without posture
 //! control.
 
-use super::OPERATED_S;
-use super::commands::{Controls, commands};
 use crate::robots::Robot;
 use crate::robots::hylos::section::Hylos;
 use crate::scenario::{Description, Event};
-use crate::tools::suite::draw::family::beginning;
+use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
+use crate::tools::suite::draw::operators::commands::{Controls, commands};
+use crate::tools::suite::draw::operators::{OPERATED_S, standing_deg};
 use crate::world::terrain::Terrain;
 
 /// Upper bound of the time until the robot is armed, s.
@@ -24,15 +24,14 @@ fn clearance(random: &mut Random, event: &mut Event) {
     event.clearance_m = Some(random.between(0.2, 0.38));
 }
 
-pub(super) fn draw(random: &mut Random) -> Description {
+pub fn draw(random: &mut Random) -> Description {
     let mut drawn = beginning(random);
     drawn.duration_s = HOMING_S + OPERATED_S;
     drawn.friction = random.between(0.9, 1.5);
     // The robot stays upright on slopes of up to 50 degrees with posture control, and up to 40
     // degrees without. The drawn slopes stay below both.
     let posture_control = random.chance(0.7);
-    let steepest =
-        super::standing_deg(drawn.friction).min(if posture_control { 42.0 } else { 38.0 });
+    let steepest = standing_deg(drawn.friction).min(if posture_control { 42.0 } else { 38.0 });
     let slope_deg = random.between(5.0, steepest);
     let wave_height_m = random.between(0.0, 0.02);
     let heading_deg = random.between(-180.0, 180.0);

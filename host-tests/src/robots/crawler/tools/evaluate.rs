@@ -1,8 +1,8 @@
 //! Functions of the group `crawler`: tracks that slip. As in the paper, cohesion `c`, pressure
 //! `sigma` and stresses are in N/mm^2.
 
-use super::input::{Input, number};
-use super::{EvaluateError, Functions};
+use crate::tools::evaluate::input::{Input, number};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::robots::crawler::kinematics::{slip_from_grousers, track_point_velocity};

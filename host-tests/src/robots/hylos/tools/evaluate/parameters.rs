@@ -1,8 +1,8 @@
 //! Reads the `params` of the groups about Hylos, and the state that is an input of several
 //! functions.
 
-use super::EvaluateError;
-use super::input::Input;
+use crate::tools::evaluate::EvaluateError;
+use crate::tools::evaluate::input::Input;
 use tautrack::math::Scalar;
 use tautrack::robots::hylos::{Attitude, LEGS, Legs, Measures, Parameters, Posture};
 

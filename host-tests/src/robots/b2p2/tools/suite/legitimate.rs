@@ -1,8 +1,9 @@
 //! Families of legitimate runs, in which the guard must not hinder the operator.
 
-use super::family::{Family, fold_behind, load, near, stairs, stop_after, straighten_to, when};
-use super::generator::Random;
+use super::family::{fold_behind, load, near, stairs, stop_after, straighten_to, when};
 use crate::scenario::{Description, Event};
+use crate::tools::suite::draw::Family;
+use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
 /// The families; a run's number selects one of them by its position.

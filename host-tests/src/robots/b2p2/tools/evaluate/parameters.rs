@@ -1,7 +1,7 @@
 //! Reads the `params` of the groups about B2P2.
 
-use super::EvaluateError;
-use super::input::Input;
+use crate::tools::evaluate::EvaluateError;
+use crate::tools::evaluate::input::Input;
 use tautrack::math::Scalar;
 use tautrack::robots::b2p2::parameters::Lengths;
 use tautrack::robots::b2p2::{Parameters, Tabulated};

@@ -1,11 +1,11 @@
 //! The crawler: one link. Its belts are no links; their motors move no joint.
 
-use super::Description;
 use crate::robots::crawler::plant::{CrawlerParameters, MassProperties};
+use crate::tools::generate::urdf::Description;
 use crate::world::inertia::Inertia;
 use std::collections::BTreeMap;
 
-pub fn description() -> Description {
+pub fn links() -> Description {
     let properties = MassProperties::new(&CrawlerParameters::nominal(), None);
     let inertia = Inertia {
         mass: properties.mass,

@@ -1,13 +1,13 @@
 //! Draws RT-Mover's runs: steps up, slopes and flat ground, and declared loads.
 
-use super::commands::{Controls, commands};
-use super::{OPERATED_S, standing_deg};
 use crate::robots::Robot;
 use crate::robots::payload::Payload;
 use crate::robots::rt_mover::section::RtMover;
 use crate::scenario::{Description, Event};
-use crate::tools::suite::draw::family::beginning;
+use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
+use crate::tools::suite::draw::operators::commands::{Controls, commands};
+use crate::tools::suite::draw::operators::{OPERATED_S, standing_deg};
 use crate::world::terrain::Terrain;
 
 /// Upper bound of the time until the robot is armed, s.
@@ -29,7 +29,7 @@ fn step(random: &mut Random, event: &mut Event) {
     event.step_m = Some(if random.chance(0.25) { 0.0 } else { height });
 }
 
-pub(super) fn draw(random: &mut Random) -> Description {
+pub fn draw(random: &mut Random) -> Description {
     let mut drawn = beginning(random);
     drawn.duration_s = HOMING_S + OPERATED_S;
     drawn.friction = random.between(0.7, 1.3);

@@ -1,8 +1,8 @@
 //! Functions of the group `b2p2_fk_com`: frames, centres of mass, Jacobians and axles.
 
-use super::b2p2_parameters::parameters;
-use super::input::{Input, matrix, number, numbers};
-use super::{EvaluateError, Functions};
+use super::parameters::parameters;
+use crate::tools::evaluate::input::{Input, matrix, number, numbers};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::math::vector::Vector;

@@ -1,8 +1,8 @@
 //! Links and joints of RT-Mover: body, seat, and two arms with two wheels each. The arms steer and
 //! roll.
 
-use super::{Description, Joint, Motion, inertia};
 use crate::robots::rt_mover::plant::{RtMoverParameters, mass_properties};
+use crate::tools::generate::urdf::{Description, Joint, Motion, inertia};
 use std::collections::BTreeMap;
 
 /// Bodies of the plant, in its order.
@@ -19,7 +19,7 @@ const BODIES: [&str; 10] = [
     "rear_right_wheel",
 ];
 
-pub fn description() -> Description {
+pub fn links() -> Description {
     let p = RtMoverParameters::nominal();
     let l = &p.lengths;
     let joint = |name: String, [parent, child]: [String; 2], place, axis, range| Joint {

@@ -2,10 +2,10 @@
 //! turning, and a restart of the guard or a reset in the middle of a climb.
 
 use super::family::{load, near, stairs, straighten_to, when};
-use super::generator::Random;
 use crate::robots::NodeName;
 use crate::robots::payload::Payload;
 use crate::scenario::{Description, Event, Fault, FaultKind, OperatorRequest};
+use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
 /// Backs down a slope with the front raised, and stops, which topples the robot over its rear.

@@ -1,9 +1,10 @@
 //! Families of hazards: runs in which B2P2 topples unless the guard intervenes.
 
-use super::family::{Family, fold_behind, load, mass, near, stairs, straighten_to};
-use super::generator::Random;
+use super::family::{fold_behind, load, mass, near, stairs, straighten_to};
 use super::manoeuvres;
 use crate::scenario::Description;
+use crate::tools::suite::draw::Family;
+use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 
 /// The families; a run's number selects one of them by its position.

@@ -1,11 +1,11 @@
 //! Links and joints of B2P2: three segments, the chassis joint and the screw. The belts are no
 //! links; their motors move no joint.
 
-use super::{Description, Joint, Motion, inertia};
 use crate::robots::b2p2::plant::{B2p2Parameters, mass_properties};
+use crate::tools::generate::urdf::{Description, Joint, Motion, inertia};
 use std::collections::BTreeMap;
 
-pub fn description() -> Description {
+pub fn links() -> Description {
     let p = B2p2Parameters::nominal();
     let body = |number: usize| format!("body_{number}");
     let mass = |index| (body(index + 1), inertia(&mass_properties(&p, index, None)));

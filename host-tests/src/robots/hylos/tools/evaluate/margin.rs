@@ -1,9 +1,9 @@
 //! Functions of the group `hylos_margin`: tip-over angles, the potential computed from them, and
 //! its gradient. As in the papers, contacts are clockwise.
 
-use super::hylos_parameters::{parameters, posture};
-use super::input::{Input, matrix, number, numbers};
-use super::{EvaluateError, Functions};
+use super::parameters::{parameters, posture};
+use crate::tools::evaluate::input::{Input, matrix, number, numbers};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::math::vector::add;

@@ -1,14 +1,14 @@
 //! Draws the crawler's runs: slopes, ramps and flat ground, any soil that carries the robot,
 //! declared loads.
 
-use super::commands::{Controls, commands};
-use super::{OPERATED_S, standing_deg};
 use crate::robots::Robot;
 use crate::robots::crawler::section::{Crawler, SlipCompensation, Soil};
 use crate::robots::payload::Payload;
 use crate::scenario::Description;
-use crate::tools::suite::draw::family::beginning;
+use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
+use crate::tools::suite::draw::operators::commands::{Controls, commands};
+use crate::tools::suite::draw::operators::{OPERATED_S, standing_deg};
 use crate::world::terrain::Terrain;
 
 /// Upper bound of the time until the robot is armed, s.
@@ -21,7 +21,7 @@ const CONTROLS: Controls = Controls {
     weights: [0.5, 0.35, 0.0, 0.15],
 };
 
-pub(super) fn draw(random: &mut Random) -> Description {
+pub fn draw(random: &mut Random) -> Description {
     let mut drawn = beginning(random);
     drawn.duration_s = ARMING_S + OPERATED_S;
     drawn.friction = random.between(0.8, 1.3);
