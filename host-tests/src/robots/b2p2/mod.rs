@@ -3,6 +3,7 @@
 
 pub mod nodes;
 pub mod plant;
+pub mod results;
 pub mod section;
 mod tools;
 
@@ -24,5 +25,5 @@ pub const FACTS: Facts = Facts {
     follow_rates: &["_track"],
     has_hand: true,
     plots_note: "",
-    origin: "",
+    origin: "Masses, inertias, L1 and L2 come from the B2P2 papers of Paillat, Lucidarme and Hardouin.",
 };

@@ -1,12 +1,12 @@
 //! Draws the cart's runs: slopes and flat ground, any height of the mast.
 
-use super::commands::{Controls, commands};
-use super::{OPERATED_S, standing_deg};
 use crate::robots::Robot;
 use crate::robots::cart::section::Cart;
 use crate::scenario::Description;
 use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
+use crate::tools::suite::draw::operators::commands::{Controls, commands};
+use crate::tools::suite::draw::operators::{OPERATED_S, standing_deg};
 use crate::world::terrain::Terrain;
 
 /// Upper bound of the time until the robot is armed, s.
@@ -21,7 +21,7 @@ const CONTROLS: Controls = Controls {
     weights: [0.5, 0.35, 0.0, 0.15],
 };
 
-pub(super) fn draw(random: &mut Random) -> Description {
+pub fn draw(random: &mut Random) -> Description {
     let mut drawn = beginning(random);
     drawn.duration_s = ARMING_S + OPERATED_S;
     drawn.friction = random.between(0.7, 1.3);

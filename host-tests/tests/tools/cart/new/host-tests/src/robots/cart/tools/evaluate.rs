@@ -1,7 +1,7 @@
 //! Functions of the group `cart`: rates of the wheels.
 
-use super::input::{Input, number};
-use super::{EvaluateError, Functions};
+use crate::tools::evaluate::input::{Input, number};
+use crate::tools::evaluate::{EvaluateError, Functions};
 use serde_json::{Value, json};
 use tautrack::math::Scalar;
 use tautrack::robots::cart::model;
