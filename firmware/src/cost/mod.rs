@@ -4,7 +4,8 @@
 //! [`counter`] counts one call and writes the counts, [`inputs`] and [`traffic`] make the inputs of
 //! the calls. The other files list what is counted: single functions, the loops of a motor, the
 //! ticks of drives, the guards and models of the [`robots`], and frames of the bus. The program
-//! writes one line per entry: name, minimum, maximum, mean. `cargo cost` runs it and prints a table.
+//! writes one line per entry: name, minimum, maximum, mean. `cargo cost` runs it and prints a
+//! table.
 
 mod bus;
 mod counter;

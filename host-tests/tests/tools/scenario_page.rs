@@ -1,5 +1,5 @@
-//! Tests docs/scenarios.md and the pages of the robots: they have every key of a scenario file, its examples are valid, and its
-//! bounds are those of the check.
+//! Tests docs/scenarios.md and the pages of the robots: they have every key of a scenario file, its
+//! examples are valid, and its bounds are those of the check.
 
 use clap::ValueEnum;
 use std::collections::BTreeSet;

@@ -2,9 +2,9 @@
 //! ground truth, as in Fig. 8 of Paillat, Lucidarme and Hardouin (Variable Geometry Tracked
 //! Unmanned Grounded Vehicle).
 //!
-//! The robot computes them at one sample ([`OwnBalance`]), from the joints q of the ground truth. q'
-//! and q'' are central differences of the samples before and after it, so an acceleration is a mean
-//! over 20 ms.
+//! The robot computes them at one sample ([`OwnBalance`]), from the joints q of the ground truth.
+//! q' and q'' are central differences of the samples before and after it, so an acceleration is a
+//! mean over 20 ms.
 //!
 //! The paper computes accelerations from encoders and does not say how it filters them. It also
 //! does not say to which length its percentage refers. Here it is the whole length of the

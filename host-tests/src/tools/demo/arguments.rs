@@ -102,7 +102,8 @@ pub(super) enum Switch {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum Suite {
-    /// Runs that topple the default robot without the guard, and legitimate runs that the guard must not hinder
+    /// Runs that topple the default robot without the guard, and legitimate runs that the guard
+    /// must not hinder
     Hazards,
     /// Runs with operators who command at random; the guard must keep the robot from toppling
     Operators,

@@ -1,5 +1,5 @@
-//! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of the default robot with
-//! rate and load, the loads of the other robots, the payloads, and all objects.
+//! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of the default robot
+//! with rate and load, the loads of the other robots, the payloads, and all objects.
 
 use super::dictionary::model::{Dictionary, Entry, Mapped, ObjectCode, Pdo};
 use super::tables::sentence;

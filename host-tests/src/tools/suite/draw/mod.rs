@@ -17,8 +17,8 @@ use generator::Random;
 
 pub use beginning::beginning;
 
-/// A family draws scenarios of one kind, such as "too fast": its name, and the function that changes
-/// the common description to one of this family.
+/// A family draws scenarios of one kind, such as "too fast": its name, and the function that
+/// changes the common description to one of this family.
 pub type Family = (&'static str, fn(&mut Random, &mut Description));
 
 /// Purpose of a scenario in the hazard suite.

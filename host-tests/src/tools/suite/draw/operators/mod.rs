@@ -1,7 +1,8 @@
 //! Draws an operator who commands at random, on random ground.
 //!
-//! [`commands`] draws the operator's commands, each robot its ground and its load. Three requests are never drawn: override and back off, which need somebody who watches the
-//! robot, and disarm, which lets a robot roll down a slope.
+//! [`commands`] draws the operator's commands, each robot its ground and its load. Three requests
+//! are never drawn: override and back off, which need somebody who watches the robot, and disarm,
+//! which lets a robot roll down a slope.
 
 pub mod commands;
 

@@ -3,6 +3,7 @@
 
 pub mod nodes;
 pub mod plant;
+mod results;
 pub mod section;
 #[cfg(test)]
 mod tests;
