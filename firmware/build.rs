@@ -33,11 +33,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if env::var_os("CARGO_FEATURE_G474").is_some() {
         let script = boards.join("g474/g474.x");
         println!("cargo:rerun-if-changed={}", script.display());
-        for robot in ["guard", "guard_crawler", "guard_hylos", "guard_rt_mover"] {
-            println!("cargo:rustc-link-arg-bin={robot}=-T{}", script.display());
-            println!("cargo:rustc-link-arg-bin={robot}=-Tdefmt.x");
-            println!("cargo:rustc-link-arg-bin={robot}=--icf=all");
-        }
+        println!("cargo:rustc-link-arg-bins=-T{}", script.display());
+        println!("cargo:rustc-link-arg-bins=-Tdefmt.x");
+        println!("cargo:rustc-link-arg-bins=--icf=all");
         println!("cargo:rustc-link-arg-bins=--nmagic");
     }
     Ok(())

@@ -2,6 +2,4 @@
 #![no_std]
 #![no_main]
 
-use tautrack_firmware::roles::axle;
-
-tautrack_firmware::program!(axle::ROLE);
+tautrack_firmware::program!(axle);

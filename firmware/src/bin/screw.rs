@@ -2,6 +2,4 @@
 #![no_std]
 #![no_main]
 
-use tautrack_firmware::roles::screw;
-
-tautrack_firmware::program!(screw::ROLE);
+tautrack_firmware::program!(screw);

@@ -24,10 +24,6 @@ use tautrack::node::axle::{self, Axle, BridgeDemand};
 use tautrack::node::calibration::{self, Calibrator};
 use tautrack::node::guard::{self, Guard};
 use tautrack::node::screw::{self, Screw};
-use tautrack::robots::b2p2::B2p2;
-use tautrack::robots::crawler::Crawler;
-use tautrack::robots::hylos::Hylos;
-use tautrack::robots::rt_mover::RtMover;
 
 struct Slot<T>(UnsafeCell<MaybeUninit<T>>);
 
@@ -57,23 +53,19 @@ static CURRENT: Slot<Readings> = Slot::new();
 static CALIBRATION: Slot<(Calibrator, calibration::Inputs)> = Slot::new();
 
 macro_rules! guards {
-    ($($name:ident: $body:ty,)*) => {
-        $(static $name: Slot<Guard<$body>> = Slot::new();)*
-
+    ($($folder:ident::$body:ident: $about:literal,)*) => {
         /// Ticks the guard of every robot.
         fn tick_guards(received: &guard::Inputs<'_>) {
-            // SAFETY: whoever starts the program writes the values; each slot has one reference.
-            $(black_box(unsafe { $name.get() }.tick(received));)*
+            $({
+                static GUARD: Slot<Guard<tautrack::robots::$folder::$body>> = Slot::new();
+                // SAFETY: whoever starts the program writes the value; the slot has one reference.
+                black_box(unsafe { GUARD.get() }.tick(received));
+            })*
         }
     };
 }
 
-guards! {
-    B2P2: B2p2,
-    CRAWLER: Crawler,
-    RT_MOVER: RtMover,
-    HYLOS: Hylos,
-}
+tautrack::every_robot!(guards);
 
 #[cortex_m_rt::entry]
 fn main() -> ! {

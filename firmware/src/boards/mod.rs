@@ -63,16 +63,25 @@ pub const POWER_STAGE: Ratings = <Selected as Board>::POWER_STAGE;
 #[cfg(not(target_os = "none"))]
 pub const POWER_STAGE: Ratings = lockstep::POWER_STAGE;
 
-/// Makes a program that runs one role on the selected board. Further roles are for the simulator,
-/// where all nodes of a robot run the same program.
+/// Makes a program that runs one role of [`roles`](crate::roles) on the selected board. Further
+/// roles are for the simulator, where all nodes of a robot run the same program.
 #[cfg(target_os = "none")]
 #[macro_export]
 macro_rules! program {
-    ($role:expr $(, $other:expr)*) => {
+    ($($role:ident)::+ $(, $other:ident)*) => {
         #[cortex_m_rt::entry]
         fn main() -> ! {
-            static OTHERS: &[&$crate::roles::Role] = &[$(&$other),*];
-            <$crate::boards::Selected as $crate::boards::Board>::run(&$role, OTHERS)
+            static OTHERS: &[&$crate::roles::Role] = &[$(&$crate::roles::$other::ROLE),*];
+            let role = &$crate::roles::$($role)::+::ROLE;
+            <$crate::boards::Selected as $crate::boards::Board>::run(role, OTHERS)
         }
+    };
+}
+/// Makes a program that does nothing: there is no board.
+#[cfg(not(target_os = "none"))]
+#[macro_export]
+macro_rules! program {
+    ($($role:tt)*) => {
+        fn main() {}
     };
 }

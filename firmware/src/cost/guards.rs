@@ -1,26 +1,18 @@
-//! Counts the ticks of the guards of all robots: every kind of tick of an armed guard, with a busy
-//! bus and a GNSS receiver.
+//! Counts the ticks of a robot's guard: every kind of tick of an armed guard, with a busy bus and a
+//! GNSS receiver.
 
 use super::counter::{Table, instructions};
-use super::drives::joint;
-use super::inputs::{Random, geometry, settings};
+use super::inputs::{Random, settings};
 use super::traffic::{BYTES, FRAMES, others, receiver};
-use core::f32::consts::TAU;
 use heapless::Vec;
 use tautrack::bus::cia402::{State, status};
 use tautrack::bus::pdo::{DriveMotion, DriveStatus, OperatorCommand, Payload, Request, transmit};
 use tautrack::can::Frame;
 use tautrack::node::guard::{self, Guard};
 use tautrack::robots::Body;
-use tautrack::robots::b2p2::B2p2;
 use tautrack::robots::body::MAX_DRIVES;
-use tautrack::robots::crawler::Crawler;
-use tautrack::robots::hylos::controller::stance;
-use tautrack::robots::hylos::{self, Hylos};
-use tautrack::robots::rt_mover::RtMover;
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
-use tautrack::units::Angle;
 
 /// Ticks before counting starts, in which the robot is armed.
 const WARM_UP: u32 = 2_000;
@@ -31,32 +23,13 @@ const TICKS: u32 = 2_000;
 const HEARTBEAT_TICKS: u32 = 48;
 const ANSWERS: usize = 2 * MAX_DRIVES + 3;
 
-pub fn count(table: &mut Table) -> Option<()> {
-    let geometry = geometry(&settings(&[])?)?;
-    // The joint (drive 2) moves, and the screw (drive 3) keeps the belts taut.
-    count_guard::<B2p2>(table, "guard tick of B2P2", 4, 0.5, |drive, tick| {
-        let joint = joint(tick);
-        match drive {
-            2 => joint,
-            3 => at(geometry.length(Angle::from_bits(joint.position)).to_bits() >> 4),
-            _ => at((tick as i32) << 8),
-        }
-    })?;
-    count_guard::<Crawler>(table, "guard tick of the crawler", 4, 0.05, still)?;
-    count_guard::<RtMover>(table, "guard tick of RT-Mover", 5, 0.05, still)?;
-    let [hip, knee] = stance(&hylos::Parameters::<f32>::nominal(), 0.29)
-        .map(|angle| (angle * (16_777_216.0 / TAU)) as i32);
-    // Each leg has four motors: hip, knee, steering, wheel.
-    count_guard::<Hylos>(table, "guard tick of Hylos", 8, 0.05, |drive, tick| {
-        at([hip, knee, 0, 0][drive & 3] + (tick & 0xff) as i32)
-    })
-}
-
-fn still(_: usize, tick: u32) -> DriveMotion {
+/// Motion of drives that stand.
+pub fn still(_: usize, tick: u32) -> DriveMotion {
     at((tick & 0xff) as i32)
 }
 
-fn at(position: i32) -> DriveMotion {
+/// Motion of a drive at `position`.
+pub fn at(position: i32) -> DriveMotion {
     DriveMotion {
         position,
         velocity: 1_000,
@@ -65,7 +38,7 @@ fn at(position: i32) -> DriveMotion {
 
 /// Counts the ticks of a guard that sends SYNC every `sync_ticks` ticks, of a robot that tilts by
 /// at most `tilt` rad. `motion` returns the motion of a drive at a tick.
-fn count_guard<B: Body>(
+pub fn count_guard<B: Body>(
     table: &mut Table,
     name: &str,
     sync_ticks: u32,

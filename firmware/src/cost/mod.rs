@@ -3,8 +3,9 @@
 //!
 //! [`counter`] counts one call and writes the counts, [`inputs`] and [`traffic`] make the inputs of
 //! the calls. The other files list what is counted: single functions, the loops of a motor, the
-//! ticks of drives and guards, and frames of the bus. The program writes one line per entry: name,
-//! minimum, maximum, mean. `cargo cost` runs it and prints a table.
+//! ticks of drives, the guards and models of the [`robots`], and frames of the bus. The program
+//! writes one line per entry: name, minimum, maximum, mean. `cargo cost` runs it and prints a
+//! table.
 
 mod bus;
 mod counter;
@@ -13,6 +14,7 @@ mod guards;
 mod inputs;
 mod kernels;
 mod motor;
+mod robots;
 mod traffic;
 
 use crate::boards::mps2::semihosting::{Stream, exit};
@@ -31,6 +33,6 @@ fn count() -> Option<()> {
     kernels::count(&mut table)?;
     motor::count(&mut table)?;
     drives::count(&mut table)?;
-    guards::count(&mut table)?;
+    robots::count(&mut table)?;
     bus::count(&mut table)
 }

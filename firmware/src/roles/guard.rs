@@ -3,7 +3,6 @@
 
 use super::{Role, Spawners, send};
 use crate::boards::{Board, Selected};
-use crate::guards::every_guard;
 use crate::refusal::{Refusal, refuse};
 use crate::sensors::{Published, Rates};
 use crate::storage::Storage;
@@ -20,24 +19,30 @@ use tautrack::roles::guard_objects::TABLE;
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
 
-/// Defines one role per robot, with the guard for that robot.
+/// Defines one role per robot, `<folder>::ROLE`, with the guard for that robot.
 macro_rules! guards {
-    ($($(#[$doc:meta])* $role:ident: $body:ty;)*) => {$(
-        $(#[$doc])*
-        pub static $role: Role = Role {
-            name: "guard",
-            table: &TABLE,
-            check: check::guard::<$body>,
-            start: {
-                static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
-                static NODE: StaticCell<Node<$body>> = StaticCell::new();
-                |spawners, settings, found| start(spawners, settings, found, &GUARD, &NODE)
-            },
-        };
+    ($($folder:ident::$body:ident: $about:literal,)*) => {$(
+        #[doc = $about]
+        pub mod $folder {
+            use super::{Guard, Node, Role, StaticCell, TABLE, check, start};
+            use tautrack::robots::$folder::$body;
+
+            /// The role `guard` of this robot.
+            pub static ROLE: Role = Role {
+                name: "guard",
+                table: &TABLE,
+                check: check::guard::<$body>,
+                start: {
+                    static GUARD: StaticCell<Guard<$body>> = StaticCell::new();
+                    static NODE: StaticCell<Node<$body>> = StaticCell::new();
+                    |spawners, settings, found| start(spawners, settings, found, &GUARD, &NODE)
+                },
+            };
+        }
     )*};
 }
 
-every_guard!(guards);
+tautrack::every_robot!(guards);
 
 /// Maximum number of bytes from the serial line in one tick; 115200 baud bring 12.
 const MAX_SERIAL: usize = 64;

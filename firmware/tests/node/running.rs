@@ -89,7 +89,7 @@ impl Node {
                 let role = match self.role {
                     "axle" => &host::AXLE,
                     "screw" => &host::SCREW,
-                    _ => &host::B2P2,
+                    _ => const { &host::guard::<tautrack::robots::b2p2::B2p2>() },
                 };
                 match host::Node::start(role, &start) {
                     Ok(powered) => {

@@ -1,11 +1,12 @@
 //! Evaluates and presents a run: [`phases`] finds climb and landing, [`channel`] names the
 //! robot-specific channels, [`zmp`] computes centre of gravity and zero moment point, [`summary`]
 //! computes the figures, [`mcap`] records everything for log viewers, [`report`] makes the HTML
-//! page.
+//! page. `robot` is what they ask of a robot.
 
 pub mod channel;
 pub mod mcap;
 pub mod phases;
 pub mod report;
+pub(crate) mod robot;
 pub mod summary;
 pub mod zmp;

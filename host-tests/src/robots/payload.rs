@@ -11,8 +11,8 @@ use tautrack::settings::Setting;
 pub struct Payload {
     /// Mass.
     pub mass_kg: f64,
-    /// Place in the body's axes (x forward, y left, z up), relative to axle 1 of B2P2; the sections
-    /// of the other robots define their origins.
+    /// Place in the body's axes (x forward, y left, z up), relative to the origin that the
+    /// robot's section defines.
     pub place_m: [f64; 3],
     /// Virtual time from which the load is on board.
     #[serde(default)]

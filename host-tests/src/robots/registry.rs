@@ -1,21 +1,27 @@
-//! List of the robots, with one line for each. A new robot goes to the end, because the random
-//! operators of `cargo demo --suite operators` depend on a robot's position in the list.
+//! The robots of the list in `tautrack::robots`, as values.
 
+use super::NodeName;
 use super::section::{Facts, Section};
-use super::{NodeName, b2p2};
 use crate::programs::{self, Board, BuildError, Programs};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
 macro_rules! robots {
-    ($($(#[$about:meta])* $name:ident: $folder:ident,)*) => {
+    ($($folder:ident::$name:ident: $about:literal,)*) => {
         /// Robot of a scenario.
         #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
         pub enum Kind {
-            $($(#[$about])* $name,)*
+            $(#[doc = $about] $name,)*
         }
 
         impl Kind {
+            /// Name of the robot's folder.
+            pub fn folder(self) -> &'static str {
+                match self {
+                    $(Self::$name => stringify!($folder),)*
+                }
+            }
+
             /// Facts about the robot that do not depend on a scenario.
             pub fn facts(self) -> &'static Facts {
                 match self {
@@ -28,7 +34,7 @@ macro_rules! robots {
         #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
         pub enum Robot {
-            $($(#[$about])* $name(super::$folder::section::$name),)*
+            $(#[doc = $about] $name(super::$folder::section::$name),)*
         }
 
         impl Robot {
@@ -49,18 +55,15 @@ macro_rules! robots {
     };
 }
 
-robots! {
-    /// Tracked, variable geometry (Paillat et al.)
-    B2p2: b2p2,
-    /// Two tracks on soft ground (Kurc and Szybicki)
-    Crawler: crawler,
-    /// Four legs with steered wheels (Besseron et al.)
-    Hylos: hylos,
-    /// Four wheels on two arms that step (Nakajima)
-    RtMover: rt_mover,
-}
+tautrack::every_robot!(robots);
 
 impl Kind {
+    /// Name of the robot in a command line.
+    pub fn argument(self) -> String {
+        self.to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+
     /// Builds the robot's node programs; see [`programs::build`].
     ///
     /// # Errors
@@ -80,30 +83,9 @@ pub(super) fn node_name(text: &str) -> Option<NodeName> {
         .map(|(name, _)| *name)
 }
 
-impl Default for Robot {
-    /// B2P2 with its nominal values.
+impl Default for Kind {
+    /// The robot of a scenario that names none.
     fn default() -> Self {
-        Self::B2p2(b2p2::section::B2p2::nominal())
-    }
-}
-
-impl Robot {
-    /// Returns B2P2's section; `None` for another robot.
-    pub fn b2p2(&self) -> Option<&b2p2::section::B2p2> {
-        match self {
-            Self::B2p2(section) => Some(section),
-            _ => None,
-        }
-    }
-
-    /// Returns B2P2's section. Replaces another robot with B2P2 and its nominal values.
-    pub fn b2p2_mut(&mut self) -> &mut b2p2::section::B2p2 {
-        if self.b2p2().is_none() {
-            *self = Self::default();
-        }
-        match self {
-            Self::B2p2(section) => section,
-            _ => unreachable!("it was replaced"),
-        }
+        Robot::default().kind()
     }
 }

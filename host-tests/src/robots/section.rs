@@ -72,6 +72,10 @@ pub struct Facts {
     /// Whether the robot stands only if all its wheels carry load. Each wheel then has a load
     /// channel.
     pub stands_on_wheels: bool,
+    /// Ends of the names of drives that follow rates. The other drives follow positions.
+    pub follow_rates: &'static [&'static str],
+    /// Whether a hand can hold and move the simulated robot.
+    pub has_hand: bool,
     /// Text in the report beside the plots of the robot's channels.
     pub plots_note: &'static str,
     /// Text on the sources of the model, and on the values that are assumed.
@@ -84,7 +88,10 @@ pub enum Posture {
     /// The robot has no posture.
     None,
     /// Angle of the chassis joint, 2^-16 turns.
-    ChassisAngle,
+    ChassisAngle {
+        /// Minimum and maximum of the joint's travel, rad.
+        travel: [f64; 2],
+    },
     /// Height of the hips above the wheels, mm.
     Clearance {
         /// Height commanded at first, m.

@@ -2,7 +2,6 @@
 
 use super::{Description, Fault, FaultKind, Scenario, hand};
 use crate::bounds::{Problem, contradiction, within};
-use crate::robots::b2p2::plant::B2p2Parameters;
 use crate::robots::{NodeName, Posture};
 use tautrack::can::Frame;
 use tautrack::link::MAX_SETTINGS;
@@ -45,16 +44,29 @@ impl Description {
     /// clearance, step height or none.
     fn check_postures(&self) -> Result<(), Problem> {
         let posture = self.robot.section().posture();
-        let [chassis, step] = [Posture::ChassisAngle, Posture::Step].map(|of| of == posture);
-        if self.operator.chassis_deg != 0.0 && !chassis {
-            return contradiction("operator.chassis_deg", "is no posture of this robot");
+        let step = posture == Posture::Step;
+        let travel = match posture {
+            Posture::ChassisAngle { travel } => Some(travel),
+            _ => None,
+        };
+        let chassis = |key: &str, angle_deg| match travel.map(|ends| ends.map(f64::to_degrees)) {
+            Some([least, most]) => {
+                let unit = "deg (the travel of the chassis joint)";
+                within(key, angle_deg, least, most, unit)
+            }
+            None => contradiction(key, "is no posture of this robot"),
+        };
+        if self.operator.chassis_deg != 0.0 {
+            chassis("operator.chassis_deg", self.operator.chassis_deg)?;
         }
         if self.operator.step_m != 0.0 && !step {
             return contradiction("operator.step_m", "is no posture of this robot");
         }
         for (index, event) in self.operator.events.iter().enumerate() {
+            if let Some(angle_deg) = event.chassis_deg {
+                chassis(&format!("operator.event[{index}].chassis_deg"), angle_deg)?;
+            }
             let given = [
-                ("chassis_deg", event.chassis_deg, chassis),
                 (
                     "clearance_m",
                     event.clearance_m,
@@ -229,18 +241,6 @@ impl Fault {
             _ => Ok(()),
         }
     }
-}
-
-/// Checks that a chassis angle is within the travel of B2P2's chassis joint.
-pub(super) fn chassis(key: &str, angle_deg: f64) -> Result<(), Problem> {
-    let [least, most] = B2p2Parameters::nominal().joint_travel.map(f64::to_degrees);
-    within(
-        key,
-        angle_deg,
-        least,
-        most,
-        "deg (the travel of the chassis joint)",
-    )
 }
 
 fn text(key: &str, value: &str) -> Result<(), Problem> {

@@ -34,8 +34,8 @@ pub struct Description {
     pub friction: f64,
     /// The ground.
     pub terrain: Terrain,
-    /// The robot, and the parameters that its paper does not give. By default B2P2 with nominal
-    /// parameters.
+    /// The robot, and the parameters that its paper does not give. By default the default robot
+    /// with nominal parameters.
     #[serde(default)]
     pub robot: Robot,
     /// Motors that differ from those of the robot.

@@ -44,8 +44,8 @@ pub(super) fn path(motions: &[Motion]) -> Path {
 
 /// Checks the bounds of the motions, their order, and that the robot's plant has a hand.
 pub(super) fn check(motions: &[Motion], kind: Kind, duration_s: f64) -> Result<(), Problem> {
-    if !motions.is_empty() && kind != Kind::B2p2 {
-        return contradiction("hand", "can hold B2P2 alone");
+    if !motions.is_empty() && !kind.facts().has_hand {
+        return contradiction("hand", "cannot hold this robot");
     }
     let mut free_s = 0.0;
     for (index, motion) in motions.iter().enumerate() {

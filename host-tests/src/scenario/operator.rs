@@ -1,6 +1,5 @@
 //! The operator of a scenario: the first command, the events that change it, and their bounds.
 
-use super::check::chassis;
 use crate::bounds::{Problem, contradiction, within};
 use serde::{Deserialize, Serialize};
 use tautrack::bus::pdo::Request;
@@ -50,7 +49,6 @@ pub struct Operator {
 impl Operator {
     pub(super) fn check(&self, duration_s: f64) -> Result<(), Problem> {
         within("operator.speed_mps", self.speed_mps, -1.0, 1.0, "m/s")?;
-        chassis("operator.chassis_deg", self.chassis_deg)?;
         let rate = self.chassis_rate_deg_s;
         within("operator.chassis_rate_deg_s", rate, 0.1, 180.0, "deg/s")?;
         let gain = self.heading_gain_per_s;
@@ -235,8 +233,6 @@ impl Event {
                 "asks for a pitch above and below that cannot hold at once",
             );
         }
-        self.chassis_deg.map_or(Ok(()), |angle| {
-            chassis(&format!("{key}.chassis_deg"), angle)
-        })
+        Ok(())
     }
 }

@@ -1,5 +1,5 @@
 //! `cargo footprint`: flash memory, static variables and stack of the boards' programs, beside
-//! their limits, which `host-tests/cost.toml` has.
+//! their limits, which the files `cost.toml` have.
 //!
 //! The stack is measured while the program runs on the model of the chip: it starts, saves a
 //! setting, is configured and enabled over the bus, and drives; a guard receives frames of drives
@@ -179,9 +179,9 @@ pub fn measure_guards() -> Result<Vec<Footprint>, String> {
 fn limits(program: &str) -> Result<[u32; 2], String> {
     let Ceilings { flash, ram, .. } = Ceilings::read()?;
     let limits = flash.get(program).zip(ram.get(program));
-    limits.map(|(flash, ram)| [*flash, *ram]).ok_or_else(|| {
-        format!("host-tests/cost.toml has no ceilings of flash and ram for {program}")
-    })
+    limits
+        .map(|(flash, ram)| [*flash, *ram])
+        .ok_or_else(|| format!("no cost.toml has ceilings of flash and ram for {program}"))
 }
 
 fn guard(robot: Kind, program: &Program) -> Result<Footprint, String> {

@@ -9,6 +9,7 @@ pub mod flash_node;
 #[cfg(feature = "image")]
 pub mod footprint;
 pub mod generate;
+pub(crate) mod robot;
 mod settings;
 pub mod suite;
 pub mod tool;

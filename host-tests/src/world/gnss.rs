@@ -22,7 +22,7 @@ pub struct ReceiverParameters {
     pub site: [f64; 3],
     /// Height of mean sea level above the ellipsoid at the site, m.
     pub geoid: f64,
-    /// Place of the antenna relative to the body's origin (axle 1 of B2P2): forward, left, up, m.
+    /// Place of the antenna relative to the body's origin: forward, left, up, m.
     pub antenna: [f64; 3],
     /// Time between two fixes, ms.
     pub period_ms: u64,

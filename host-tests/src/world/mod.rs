@@ -39,7 +39,7 @@ pub trait Plant {
     fn step(&mut self, shafts: &[Option<Shaft>]);
 
     /// Holds the robot's body in this posture during the next step; `None` lets go of it. Only the
-    /// plant of B2P2 does it.
+    /// plant of a robot that has a hand does it.
     fn hold(&mut self, _: Option<&Held>) {}
 
     /// Sensor readings of the board of motor number `motor` after the last step. `body` is `None`,
@@ -57,7 +57,7 @@ pub trait Plant {
         &[]
     }
 
-    /// How to draw the robot; empty for B2P2, which has its own drawing.
+    /// How to draw the robot; empty for a robot that has its own drawing.
     fn sketch(&self) -> Sketch {
         Sketch::default()
     }

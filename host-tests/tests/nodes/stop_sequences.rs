@@ -9,9 +9,6 @@ use tautrack::can::Frame;
 use tautrack::faults::{Fault, Faults};
 use tautrack::node::guard::State;
 use tautrack::robots::Body;
-use tautrack::robots::b2p2::B2p2;
-use tautrack::robots::hylos::Hylos;
-use tautrack::robots::rt_mover::RtMover;
 use tautrack::sensors::BodySensors;
 
 /// Time after which nothing moves once the robot must stop, ms: the operator's timeout, three
@@ -27,6 +24,9 @@ const BRAKED: f64 = 0.11;
 /// Time in which a track or wheel that rolls comes under power after a stop, ms: three commands of
 /// the operator, and the drive's states.
 const BRAKED_WITHIN_MS: u32 = 250;
+
+/// Number of random sequences of the default robot, and of each other one.
+const SEQUENCES: [u64; 2] = [200, 50];
 
 fn is_powered(state: Option<DriveState>) -> bool {
     matches!(
@@ -286,17 +286,20 @@ fn sequence<B: Body>(scenario: &str, seed: u64) {
     }
 }
 
-#[test]
-fn no_order_of_events_gets_around_a_stop_of_b2p2() {
-    (0..200).for_each(|seed| sequence::<B2p2>("staircase.toml", seed));
+macro_rules! sequences {
+    ($($folder:ident::$body:ident: $about:literal,)*) => {$(
+        mod $folder {
+            use tautrack_host_tests::robots::Kind;
+
+            #[test]
+            fn no_order_of_events_gets_around_a_stop() {
+                let scenario = Kind::$body.facts().scenario_file;
+                let sequence = super::sequence::<tautrack::robots::$folder::$body>;
+                let other = Kind::$body != Kind::default();
+                (0..super::SEQUENCES[usize::from(other)]).for_each(|seed| sequence(scenario, seed));
+            }
+        }
+    )*};
 }
 
-#[test]
-fn no_order_of_events_gets_around_a_stop_of_legs() {
-    (0..50).for_each(|seed| sequence::<Hylos>("hylos/loop.toml", seed));
-}
-
-#[test]
-fn no_order_of_events_gets_around_a_stop_of_arms() {
-    (0..50).for_each(|seed| sequence::<RtMover>("rt-mover/step-10.toml", seed));
-}
+tautrack::every_robot!(sequences);

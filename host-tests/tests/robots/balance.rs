@@ -2,8 +2,9 @@
 //! B2P2 paper.
 
 use std::path::Path;
-use tautrack_host_tests::results::zmp::{Balance, length};
+use tautrack_host_tests::results::zmp::Balance;
 use tautrack_host_tests::robots::b2p2::plant::{B2p2, B2p2Parameters};
+use tautrack_host_tests::robots::b2p2::results::length;
 use tautrack_host_tests::robots::payload::Payload;
 use tautrack_host_tests::scenario::{Description, Scenario};
 use tautrack_host_tests::simulator::record::Sample;

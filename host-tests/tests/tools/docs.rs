@@ -7,6 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use tautrack_host_tests::programs::setup::checkout;
+use tautrack_host_tests::tools::evaluate::{EvaluateError, Precision, evaluate};
 
 /// Files that exist only after a run or a build, or that a reader makes.
 const MADE: [&str; 5] = [
@@ -357,55 +358,44 @@ fn every_cargo_command_is_one() {
     });
 }
 
-/// Hylos has the most special cases, so a file that names Hylos needs a place for a new robot too.
+/// Names of the robots in code.
+const ROBOTS: [&str; 6] = [
+    "b2p2", "crawler", "hylos", "rt_mover", "rtmover", "rt-mover",
+];
+
+/// Code of a robot stands in its folders. Tests may name robots.
 #[test]
-fn every_file_that_names_a_robot_is_on_the_page_about_adding_one() {
+fn no_code_outside_of_a_robot_s_folders_names_one_but_the_places_on_the_page() {
     let page = Page::read(Path::new("docs/adding-a-robot.md"));
-    let listed: BTreeSet<&str> = page.code.iter().map(String::as_str).collect();
     let folders = ["firmware/src/", "host-tests/src/", "shared/src/"];
-    let files: Vec<_> = folders
-        .iter()
-        .flat_map(|folder| files(folder, ".rs"))
-        .collect();
-    assert!(files.len() > 100, "{files:?}");
-    let missing = files.iter().filter(|file| {
+    let files = folders.iter().flat_map(|folder| files(folder, ".rs"));
+    let of_a_robot = |file: &str| ROBOTS.iter().any(|name| file.contains(name));
+    let mut read = 0;
+    let missing = files.filter(|file| {
+        read += 1;
         let text = fs::read_to_string(root().join(file)).expect("a source");
-        let code = text.lines().filter(|line| !line.trim().starts_with("//"));
-        let named = code
-            .map(str::to_lowercase)
-            .any(|line| line.contains("hylos"));
-        named && !is_listed(file, &listed)
+        let code = text.split("#[cfg(test)]").next().unwrap_or_default();
+        let mut code = code.lines().filter(|line| !line.trim().starts_with("//"));
+        let named = code.any(|line| of_a_robot(&line.to_lowercase()));
+        named && !of_a_robot(file) && !file.ends_with("tests.rs") && !page.code.contains(file)
     });
     let missing: Vec<_> = missing.collect();
     assert!(missing.is_empty(), "{missing:#?}");
-}
-
-/// Whether the page lists the file: by its own path, by a path with `<robot>`, or, for a robot's
-/// own file, by the `mod.rs` beside it.
-fn is_listed(file: &str, listed: &BTreeSet<&str>) -> bool {
-    let open = file.replace("hylos", "<robot>");
-    let (folder, name) = open.rsplit_once('/').expect("a path");
-    let beside = [format!("{folder}/mod.rs"), format!("{folder}/")];
-    listed.contains(file)
-        || listed.iter().any(|place| {
-            place.contains("<robot>/") && place.ends_with('/') && open.starts_with(place)
-        })
-        || listed.contains(open.as_str())
-        || name.contains("<robot>") && beside.iter().any(|path| listed.contains(path.as_str()))
+    assert!(read > 100, "{read}");
 }
 
 #[test]
-fn the_page_names_every_group_of_functions() {
-    let page = fs::read_to_string(root().join("docs/robots/b2p2.md")).expect("a page");
-    let source =
-        fs::read_to_string(root().join("host-tests/src/tools/evaluate/mod.rs")).expect("a source");
-    let groups = source.split("fn groups").nth(1).expect("the groups");
-    let names = groups
-        .lines()
-        .filter(|line| line.contains("::functions::<S>()"));
-    let names: Vec<_> = names.filter_map(|line| line.split('"').nth(1)).collect();
-    assert!(names.len() > 5, "{names:?}");
-    for name in names {
-        assert!(page.contains(&format!("`{name}`")), "{name}");
+fn the_pages_of_the_robots_name_every_group_of_functions() {
+    let pages = files("docs/robots/", ".md").into_iter();
+    let pages = pages.map(|page| fs::read_to_string(root().join(page)).expect("a page"));
+    let pages: String = pages.collect();
+    let document = r#"{"group": "", "params": {}, "functions": {}}"#;
+    let refusal = evaluate(document, Precision::F64).expect_err("there is no such group");
+    let EvaluateError::UnknownGroup { known, .. } = refusal else {
+        panic!("{refusal}");
+    };
+    assert!(known.len() > 5, "{known:?}");
+    for name in known {
+        assert!(pages.contains(&format!("`{name}`")), "{name}");
     }
 }

@@ -129,6 +129,20 @@ fn ends_item(token: &TokenTree) -> bool {
     }
 }
 
+/// The module of a path below the root of a crate. In the folder of a robot, `results` and `tools`
+/// belong to the modules with these names.
+fn layer(path: &[String]) -> &str {
+    match path {
+        [robots, _, part, ..]
+            if robots == "robots" && ["results", "tools"].contains(&part.as_str()) =>
+        {
+            part
+        }
+        [first, ..] => first,
+        [] => "",
+    }
+}
+
 /// Lists each use of a higher module, as "user uses module (file)".
 fn upward(src: &Path, order: &[&str]) -> Vec<String> {
     let mut files = Vec::new();
@@ -137,9 +151,12 @@ fn upward(src: &Path, order: &[&str]) -> Vec<String> {
     let mut wrong = Vec::new();
     for file in files {
         let inner = file.strip_prefix(src).expect("inside of src");
-        let first = inner.components().next().expect("a name");
-        let module = first.as_os_str().to_string_lossy();
-        let module = module.strip_suffix(".rs").unwrap_or(&module);
+        let names = inner.with_extension("");
+        let names: Vec<_> = names
+            .iter()
+            .map(|name| name.to_string_lossy().into_owned())
+            .collect();
+        let module = layer(&names);
         // Code for tests may use any module.
         if ["lib", "bin"].contains(&module) || inner.ends_with("tests.rs") {
             continue;
@@ -150,6 +167,13 @@ fn upward(src: &Path, order: &[&str]) -> Vec<String> {
         let ends_in_mod = inner.file_name().is_some_and(|name| name == "mod.rs");
         let depth = inner.components().count() - usize::from(ends_in_mod);
         named.read(code.parse().expect("Rust"), depth);
+        let mut paths = Vec::new();
+        collect_paths(code.parse().expect("Rust"), &[], &mut paths);
+        for path in paths.iter().filter(|path| path[0] == "crate") {
+            named
+                .0
+                .extend(path.get(1).map(|_| layer(&path[1..]).to_owned()));
+        }
         for name in named.0 {
             let other = order.iter().position(|known| *known == name);
             if other.is_none() || place.is_none() || other > place {

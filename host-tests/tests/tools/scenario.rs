@@ -393,7 +393,7 @@ fn a_hand_is_refused_where_the_plant_has_none() {
     let text = std::fs::read_to_string(path).unwrap();
     let text = format!("{text}\n[[hand]]\nat_s = 1.0\nwithin_s = 1.0\n");
     let got = Scenario::parse(&text, "bad.toml").unwrap_err().to_string();
-    assert!(got.ends_with("hand can hold B2P2 alone"), "{got}");
+    assert!(got.ends_with("hand cannot hold this robot"), "{got}");
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Tests docs/scenarios.md: it has every key of a scenario file, its examples are valid, and its
-//! bounds are those of the check.
+//! Tests docs/scenarios.md and the pages of the robots: they have every key of a scenario file, its
+//! examples are valid, and its bounds are those of the check.
 
 use clap::ValueEnum;
 use std::collections::BTreeSet;
@@ -13,6 +13,14 @@ fn page() -> String {
     let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
     let path = root.join("docs/scenarios.md");
     std::fs::read_to_string(path).expect("docs/scenarios.md")
+}
+
+/// The page, and those of the robots.
+fn pages() -> String {
+    let folder = checkout::root().expect("it was found").join("docs/robots");
+    let robots = std::fs::read_dir(folder).expect("docs/robots");
+    let robots = robots.map(|page| std::fs::read_to_string(page.expect("a page").path()));
+    robots.fold(page(), |all, page| all + &page.expect("a page"))
 }
 
 /// The examples of the page. Keys of a partial example replace those of the first one, which is
@@ -53,9 +61,9 @@ fn keys(value: &Value, into: &mut BTreeSet<String>) {
     }
 }
 
-/// Every part of the keys in the page's tables.
+/// Every part of the keys in the pages' tables.
 fn documented() -> BTreeSet<String> {
-    page()
+    pages()
         .lines()
         .filter_map(|line| line.strip_prefix("| `")?.split('`').next())
         .flat_map(|key| key.split('.').map(str::to_owned).collect::<Vec<_>>())
@@ -187,7 +195,7 @@ fn every_key_of_every_robot_has_a_row() {
 }
 
 fn in_a_heading(key: &str) -> bool {
-    page()
+    pages()
         .lines()
         .any(|line| line.starts_with("## `") && line.contains(key))
 }

@@ -15,3 +15,20 @@ pub use body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset,
     Phase, PostureCommand, Stop,
 };
+
+/// The list of the robots: calls the macro `$make` with the folder, the type and the description of
+/// each. Firmware and simulator have a folder with the same name and ask this list, too.
+///
+/// The first robot is the default one. A new robot goes to the end, because the random operators of
+/// `cargo demo --suite operators` depend on a robot's position.
+#[macro_export]
+macro_rules! every_robot {
+    ($make:ident) => {
+        $make! {
+            b2p2::B2p2: "Tracked, variable geometry (Paillat et al.)",
+            crawler::Crawler: "Two tracks on soft ground (Kurc and Szybicki)",
+            hylos::Hylos: "Four legs with steered wheels (Besseron et al.)",
+            rt_mover::RtMover: "Four wheels on two arms that step (Nakajima)",
+        }
+    };
+}

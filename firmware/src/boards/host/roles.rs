@@ -2,7 +2,6 @@
 
 use super::{Board, Outbox};
 use crate::boards::lockstep::{Flash, POWER_STAGE};
-use crate::guards::every_guard;
 use crate::refusal::{Refusal, refuse};
 use crate::sensors::Rates;
 use crate::storage::{Check, Storage};
@@ -70,17 +69,8 @@ pub static SCREW: Role = Role {
     },
 };
 
-macro_rules! guards {
-    ($($(#[$doc:meta])* $role:ident: $body:ty;)*) => {$(
-        $(#[$doc])*
-        pub static $role: Role = guard::<$body>();
-    )*};
-}
-
-every_guard!(guards);
-
 /// The role `guard` of a robot.
-const fn guard<B: Body + 'static>() -> Role {
+pub const fn guard<B: Body + 'static>() -> Role {
     Role {
         name: "guard",
         table: &guard_objects::TABLE,

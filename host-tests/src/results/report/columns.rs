@@ -8,7 +8,7 @@ use serde::Serialize;
 use tautrack::stability::support::NO_EDGE;
 
 /// Name in the page, value of one step, source.
-pub(super) type Source<T> = (&'static str, f64, fn(&T) -> Option<f64>);
+pub type Source<T> = (&'static str, f64, fn(&T) -> Option<f64>);
 
 /// The guard's margin to one edge of the support; `None` if it knows none or that edge does not
 /// exist.
@@ -33,32 +33,7 @@ pub(super) const CURVES: &[Source<Sample>] = &[
     ("busLoad", 0.1, |s| Some(s.received.bus_load * 100.0)),
 ];
 
-/// The curves that only B2P2 has.
-pub(super) const B2P2_CURVES: &[Source<Sample>] = &[
-    ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
-    ("extension", 1e-4, |s| Some(s.truth.extension)),
-    ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
-    ("askedTheta", 0.01, |s| {
-        Some(s.received.asked_theta.to_degrees())
-    }),
-    ("passedTheta", 0.01, |s| {
-        Some(s.received.passed_theta.to_degrees())
-    }),
-    ("leftCurrent", 0.01, |s| {
-        s.received.currents.first().copied()
-    }),
-    ("rightCurrent", 0.01, |s| {
-        s.received.currents.get(1).copied()
-    }),
-    ("chassisCurrent", 0.01, |s| {
-        s.received.currents.get(2).copied()
-    }),
-    ("screwCurrent", 0.01, |s| {
-        s.received.currents.get(3).copied()
-    }),
-];
-
-/// The curves of B2P2's Fig. 8. Distances are measured from `P1`, axle 1.
+/// The curves of Fig. 8 of Paillat et al. Distances are measured from `P1`, axle 1.
 pub(super) const BALANCE_CURVES: &[Source<Moment>] = &[
     ("p1", 1e-3, |moment| Some(moment.axles[0])),
     ("p2", 1e-3, |moment| Some(moment.axles[1])),

@@ -1,14 +1,13 @@
 //! Packs a run into the JSON data of the page.
 
 use super::channels;
-use super::columns::{B2P2_CURVES, BALANCE_CURVES, CURVES, Column};
+use super::columns::{BALANCE_CURVES, CURVES, Column};
 use super::decimation::{Decimated, Span};
 use super::marks::Mark;
-use super::page::{Page, Shown};
+use super::page::{Drawing, Page, Shown};
 use super::path::{Bounds, Camera, GROUND_ONE, Pose, Section, camera, ground};
 use crate::results::summary::Summary;
-use crate::results::zmp::{PAPER_PERCENT, length};
-use crate::robots::b2p2::section::B2p2;
+use crate::results::zmp::{Balance, PAPER_PERCENT};
 use crate::scenario::Scenario;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -21,9 +20,9 @@ pub(super) struct Data<'a> {
     about: &'a str,
     guard_on: bool,
     friction: f64,
-    robot: B2p2,
-    l1: f64,
-    l2: f64,
+    own: Option<&'a Value>,
+    note: &'static str,
+    origin: &'static str,
     ground: Vec<Section>,
     ground_one: f64,
     view: Value,
@@ -32,7 +31,7 @@ pub(super) struct Data<'a> {
     resolution: String,
     columns: BTreeMap<String, Column>,
     areas: Vec<(&'static str, f64, f64)>,
-    length: f64,
+    length: Option<f64>,
     paper_zmp_percent: f64,
     contact_one: f64,
     contacts: Vec<&'a [i32]>,
@@ -42,7 +41,7 @@ pub(super) struct Data<'a> {
     marks_left_out: usize,
 }
 
-/// The sketch of another robot than B2P2, with its plots.
+/// The sketch of a robot, with its plots.
 #[derive(Serialize)]
 struct DrawnSketch<'a> {
     circles: &'a [(usize, f64)],
@@ -50,8 +49,6 @@ struct DrawnSketch<'a> {
     points: Vec<&'a [i32]>,
     plots: Vec<Value>,
     figures: Vec<Value>,
-    note: &'static str,
-    origin: &'static str,
 }
 
 /// Packs all data that the page draws.
@@ -60,6 +57,7 @@ pub(super) fn pack<'a>(
     scenario: &'a Scenario,
     summary: &'a Summary,
 ) -> Data<'a> {
+    let length = page.balance.as_ref().map(Balance::length_m);
     let areas = page.finish_balance();
     let page = &*page;
     let shown = page.shown.intervals();
@@ -74,9 +72,12 @@ pub(super) fn pack<'a>(
         about: &scenario.about,
         guard_on: scenario.guard,
         friction: scenario.friction,
-        robot: scenario.robot.b2p2().cloned().unwrap_or_else(B2p2::nominal),
-        l1: page.parameters.l1,
-        l2: page.parameters.l2,
+        own: match &page.drawing {
+            Drawing::Own(own) => Some(&own.data),
+            Drawing::Sketch(_) => None,
+        },
+        note: scenario.kind().facts().plots_note,
+        origin: scenario.kind().facts().origin,
         ground: ground(&poses, plant.as_ref(), camera.wide()[0], page.sides),
         ground_one: GROUND_ONE,
         view: json!({
@@ -87,7 +88,7 @@ pub(super) fn pack<'a>(
         resolution: resolution(page.shown.length()),
         columns: columns(page, &camera),
         areas,
-        length: length(&page.parameters),
+        length,
         paper_zmp_percent: PAPER_PERCENT,
         contact_one: page.contact_one,
         contacts: shown.iter().map(|shown| &shown.contacts[..]).collect(),
@@ -103,12 +104,13 @@ fn sketch<'a>(
     scenario: &'a Scenario,
     summary: &'a Summary,
 ) -> Option<DrawnSketch<'a>> {
-    let sketch = page.sketch.as_ref()?;
+    let Drawing::Sketch(sketch) = &page.drawing else {
+        return None;
+    };
     let nodes = scenario.nodes();
     let drives = nodes[..page.drives].iter().map(|node| node.name.as_str());
     let mut channels = page.channels.clone();
     channels.sort_unstable();
-    let facts = scenario.kind().facts();
     let shown = page.shown.intervals().iter();
     Some(DrawnSketch {
         circles: &sketch.circles,
@@ -116,8 +118,6 @@ fn sketch<'a>(
         points: shown.map(|shown| &shown.points[..]).collect(),
         plots: channels::plots(channels.into_iter(), &drives.collect::<Vec<_>>()),
         figures: channels::figures(summary),
-        note: facts.plots_note,
-        origin: facts.origin,
     })
 }
 
@@ -146,10 +146,9 @@ fn columns(page: &Page, camera: &Camera) -> BTreeMap<String, Column> {
         let curves = shown.iter().map(|shown| shown.curves.get(index));
         curves.map(|span| *span.unwrap_or(&absent)).collect()
     };
-    let own = if page.sketch.is_some() {
-        &[]
-    } else {
-        B2P2_CURVES
+    let own = match &page.drawing {
+        Drawing::Own(own) => own.curves,
+        Drawing::Sketch(_) => &[],
     };
     for (index, (name, one, _)) in CURVES.iter().chain(own).enumerate() {
         let column = Column::curve(*one, length, &curve(index));
@@ -163,7 +162,7 @@ fn columns(page: &Page, camera: &Camera) -> BTreeMap<String, Column> {
         let spans = curve(CURVES.len() + page.drives + index);
         columns.insert((*name).to_owned(), channels::column(length, &spans));
     }
-    if page.sketch.is_none() {
+    if !page.moments.intervals().is_empty() {
         columns.extend(balance_columns(&page.moments));
     }
     columns

@@ -2,8 +2,8 @@
 //!
 //! [`Page`] collects what the page shows while the run goes on, with the curves of `columns` and
 //! [`channels`], the side view of `path` and the `marks` of the time line. `decimation` bounds its
-//! memory, `data` packs it. In the page `robots.js` draws the robot, `scene.js` its surroundings,
-//! `plots.js` the curves, and `page.js` everything else.
+//! memory, `data` packs it. In the page `sketch.js` or the robot's own script draws the robot,
+//! `scene.js` its surroundings, `plots.js` the curves, and `page.js` everything else.
 
 pub mod channels;
 mod columns;
@@ -13,7 +13,10 @@ mod marks;
 mod page;
 mod path;
 
-pub use page::Page;
+use page::Drawing;
+
+pub use columns::Source;
+pub use page::{AxlesOf, OwnPage, Page};
 
 use crate::results::summary::Summary;
 use crate::scenario::Scenario;
@@ -45,8 +48,12 @@ impl Page {
         summary: &Summary,
         mut out: impl Write,
     ) -> io::Result<()> {
+        let script = match &self.drawing {
+            Drawing::Own(own) => own.script,
+            Drawing::Sketch(_) => include_str!("sketch.js"),
+        };
         let data = data::pack(&mut self, scenario, summary);
-        let frame = frame(scenario);
+        let frame = frame(scenario, script);
         let (before, after) = frame.split_once("{{data}}").unwrap_or_default();
         out.write_all(before.as_bytes())?;
         serde_json::to_writer(Escaped(&mut out), &data)?;
@@ -54,13 +61,13 @@ impl Page {
     }
 }
 
-/// The page with a place for its data.
-fn frame(scenario: &Scenario) -> String {
+/// The page with the script of the robot and a place for its data.
+fn frame(scenario: &Scenario, script: &str) -> String {
     let title = escape(&scenario.name);
     let parts = [
         ("{{title}}", title.as_str()),
         ("{{style}}", include_str!("page.css")),
-        ("{{robots}}", include_str!("robots.js")),
+        ("{{robot}}", script),
         ("{{scene}}", include_str!("scene.js")),
         ("{{plots}}", include_str!("plots.js")),
         ("{{page}}", include_str!("page.js")),

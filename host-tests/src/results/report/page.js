@@ -46,11 +46,8 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   };
   for (const sentence of summary.notes || []) byId("notes").appendChild(document.createElement("p")).textContent = sentence;
   const { guard, bus, tension_error_m: belt, pitch_deg: pitch } = summary;
-  if (!run.sketch) figure("Landing", summary.landing_time_s === null ? "none" : summary.landing_time_s.toFixed(2), summary.landing_time_s === null ? "" : "s", `of ${summary.simulated_s.toFixed(1)} s simulated`);
+  robotPage.figures(figure);
   if (belt) figure("Belt error, 99th percentile", (belt.p99 * 1e3).toFixed(2), "mm", `maximum ${(belt.max * 1e3).toFixed(2)} mm`);
-  for (const [name, settled, unit, range] of run.sketch ? run.sketch.figures : []) {
-    figure(name, minus(settled.toFixed(3)), unit === "1" ? "" : unit, "mean of the last 5 s; " + range.map(value => minus(value.toFixed(3))).join(" to ") + " in the whole run");
-  }
   figure("Maximum pitch", minus(pitch.max.toFixed(1)), "°", `minimum ${minus(pitch.min.toFixed(1))}°`);
   const margin = summary.min_backward_margin_m;
   if (margin !== null) figure("Minimum rear margin", minus((margin * 1e3).toFixed(0)), "mm", "centre of gravity to the rearmost contact");
@@ -60,15 +57,9 @@ run.bands = run.verdict.flatMap(([from, text], i) => {
   figure("Bus load", (bus.load_mean * 100).toFixed(0), "%", `peak ${(bus.load_max * 100).toFixed(0)} %, worst wait ${bus.worst_latency_ms.toFixed(2)} ms`);
   figure("Simulation speed", summary.realtime_factor.toFixed(1), "× real time", `${summary.steps.toLocaleString("en")} steps in ${summary.wall_s.toFixed(1)} s`);
 
-  const robot = run.robot, height = robot.com_offset_m;
-  const place = height === 0 ? "on the line of axles 1 and 2" : `${Math.abs(height * 1e3).toFixed(0)} mm ${height > 0 ? "above" : "below"} the line of axles 1 and 2`;
-  byId("assumed").textContent = `K = ${robot.k_m} m, pulleys of ${robot.pulley_radius_m} m radius, the centre of mass of body 1 ${place} (which models the battery), and a friction coefficient of ${run.friction}`
-    + (robot.payload ? `, with a payload of ${robot.payload.mass_kg} kg` : "");
-  if (run.sketch) {
-    for (const part of document.querySelectorAll(".b2p2")) part.hidden = true;
-    byId("origin").textContent = run.sketch.origin;
-    byId("plots-note").textContent = run.sketch.note;
-  }
+  byId("origin").textContent = run.origin;
+  byId("plots-note").textContent = run.note;
+  byId("assumptions").textContent = robotPage.assumptions();
   byId("hash").textContent = `State hash ${summary.state_hash}, seed ${summary.seed}` + (run.resolution ? `. ${run.resolution}` : "");
 
   if (zmp) {
@@ -141,7 +132,7 @@ function show() {
   byId("clock").textContent = `${time.toFixed(1)} / ${end.toFixed(1)} s`;
   const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
   byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "not received yet" }), verdict ? `, command ${verdict}` : "");
-  byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + (run.sketch ? " · " + minus(`${at("speed").toFixed(3)} m/s`) : " · " + minus(`chassis ${at("theta").toFixed(1)}°`) + ` · screw ${(at("extension") * 1e3).toFixed(0)} mm`);
+  byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + " · " + robotPage.now(at);
 }
 function play(on) {
   playing = on;
@@ -157,7 +148,7 @@ function frame(now) {
 }
 const scene = makeScene(byId("view"), run);
 const plots = [
-  makePlots(byId("plots"), run.sketch ? [...run.sketch.plots, ...PLOTS] : PLOTS, run, moment => seek(moment)),
+  makePlots(byId("plots"), robotPage.plots(PLOTS), run, moment => seek(moment)),
   ...(summary.zero_moment_point ? [makePlots(byId("balance-plots"), BALANCE_PLOTS, run, moment => seek(moment))] : []),
 ];
 byId("scrub").max = end;

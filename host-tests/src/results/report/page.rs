@@ -1,26 +1,22 @@
 //! Collects from the samples of a run what its page shows, in bounded memory.
 
-use super::columns::{B2P2_CURVES, BALANCE_CURVES, CURVES, Source, steps};
+use super::columns::{BALANCE_CURVES, CURVES, Source, steps};
 use super::decimation::{Decimated, Merge, Span};
 use super::marks::Marks;
 use super::path::{Bounds, Path, Pose};
+use crate::results::robot;
 use crate::results::summary::intervenes;
 use crate::results::zmp::{Balance, Moment};
-use crate::robots::Kind;
-use crate::robots::b2p2::plant::B2p2Parameters;
-use crate::robots::b2p2::section::B2p2;
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 use crate::world::truth::{Sketch, Truth};
+use serde_json::Value;
 
 /// The page of a run that goes on.
 ///
 /// Memory: that of 6 000 samples at most, whatever the length of the run.
 pub struct Page {
-    /// B2P2's parameters. For another robot the nominal ones; its page shows none of them.
-    pub(super) parameters: B2p2Parameters,
-    /// Drawing of another robot than B2P2.
-    pub(super) sketch: Option<Sketch>,
+    pub(super) drawing: Drawing,
     /// Step of the contacts' coordinates in the page, m.
     pub(super) contact_one: f64,
     /// Number of drives whose currents are curves of their own.
@@ -38,6 +34,33 @@ pub struct Page {
     pub(super) marks: Marks,
 }
 
+/// How the page draws the robot, and what it shows of it.
+pub(super) enum Drawing {
+    /// By the robot's own script.
+    Own(OwnPage),
+    /// From the sketch and the channels of its plant.
+    Sketch(Sketch),
+}
+
+/// Parts of the page that belong to one robot.
+pub struct OwnPage {
+    /// Script with the object `robotPage`, as in sketch.js.
+    pub script: &'static str,
+    /// What the script reads as `run.own`.
+    pub data: Value,
+    /// Curves beside those of every robot.
+    pub curves: &'static [Source<Sample>],
+    /// Computes the places of the axles in the plane from that of axle 1, m.
+    pub axles: Box<AxlesOf>,
+    /// Radius around the axles, m.
+    pub radius_m: f64,
+    /// Distance from the middle of the robot to the middle of what it stands on, m.
+    pub half_width_m: f64,
+}
+
+/// Function of [`OwnPage::axles`].
+pub type AxlesOf = dyn Fn(&Truth, [f64; 2]) -> Vec<[f64; 2]> + Send;
+
 /// What the page shows of an interval. All but the curves and the verdict is that of its first
 /// sample.
 pub(super) struct Shown {
@@ -52,7 +75,7 @@ pub(super) struct Shown {
     pub contacts: Vec<i32>,
     /// Points of the sketch in the plane, in mm.
     pub points: Vec<i32>,
-    /// The curves of every robot, then those of B2P2, or currents and channels.
+    /// The curves of every robot, then its own ones, or currents and channels.
     pub curves: Vec<Span>,
     pub guard_state: String,
     /// The first verdict that is an intervention, else that of the first sample.
@@ -71,15 +94,17 @@ impl Merge for Shown {
 impl Page {
     /// Begins the page of a run of this scenario.
     pub fn new(scenario: &Scenario) -> Self {
-        let robot = scenario.robot.b2p2().cloned().unwrap_or_else(B2p2::nominal);
-        let drawn = scenario.kind() != Kind::B2p2;
+        let own = robot::page(&scenario.robot, scenario.friction);
+        let drawing = own.map_or_else(|| Drawing::Sketch(scenario.plant().sketch()), Drawing::Own);
+        // Finer steps for a sketch: the contacts of a small robot are close to each other.
+        let (contact_one, drives) = match drawing {
+            Drawing::Own(_) => (1e-2, 0),
+            Drawing::Sketch(_) => (1e-3, scenario.nodes().len() - 1),
+        };
         Self {
-            parameters: robot.parameters(scenario.friction),
-            sketch: drawn.then(|| scenario.plant().sketch()),
-            // Finer steps for the other robots: the contacts of a small robot are close to each
-            // other.
-            contact_one: if drawn { 1e-3 } else { 1e-2 },
-            drives: if drawn { scenario.nodes().len() - 1 } else { 0 },
+            drawing,
+            contact_one,
+            drives,
             channels: Vec::new(),
             sides: [0.0; 2],
             path: Path::default(),
@@ -140,8 +165,8 @@ impl Page {
     fn curves(&mut self, sample: &Sample) -> Vec<Span> {
         let span = |(_, _, source): &Source<Sample>| Span::new(source(sample));
         let mut curves: Vec<_> = CURVES.iter().map(span).collect();
-        if self.sketch.is_none() {
-            curves.extend(B2P2_CURVES.iter().map(span));
+        if let Drawing::Own(own) = &self.drawing {
+            curves.extend(own.curves.iter().map(span));
             return curves;
         }
         let current = |drive: usize| sample.received.currents.get(drive).copied();
@@ -159,26 +184,18 @@ impl Page {
 
     /// Bounds of the robot in the plane, and the points of its sketch in mm.
     fn drawing(&self, truth: &Truth, pose: &Pose) -> (Bounds, Vec<i32>) {
-        let p = &self.parameters;
-        let (mut places, radius) = if let Some(sketch) = &self.sketch {
-            let points = truth.points.iter();
-            let radii = sketch.circles.iter().map(|(_, radius)| *radius);
-            let places: Vec<_> = points.map(|place| pose.project(*place)).collect();
-            (places, radii.fold(0.0, f64::max))
-        } else {
-            let along = |[x, z]: [f64; 2], length: f64, angle: f64| {
-                [x + length * libm::cos(angle), z + length * libm::sin(angle)]
-            };
-            let axle_1 = pose.project(truth.axle_1);
-            let axle_2 = along(axle_1, p.l1, truth.pitch);
-            let front = truth.pitch + truth.theta;
-            let axle_3 = along(axle_2, p.l2 + truth.extension, front);
-            (vec![axle_1, axle_2, axle_3], p.pulley_radius)
-        };
-        let points = if self.sketch.is_some() {
-            in_steps(places.iter().copied(), 1e-3)
-        } else {
-            Vec::new()
+        let (mut places, radius, points) = match &self.drawing {
+            Drawing::Own(own) => {
+                let axles = (own.axles)(truth, pose.project(truth.axle_1));
+                (axles, own.radius_m, Vec::new())
+            }
+            Drawing::Sketch(sketch) => {
+                let points = truth.points.iter();
+                let places: Vec<_> = points.map(|place| pose.project(*place)).collect();
+                let radii = sketch.circles.iter().map(|(_, radius)| *radius);
+                let steps = in_steps(places.iter().copied(), 1e-3);
+                (places, radii.fold(0.0, f64::max), steps)
+            }
         };
         places.push(pose.project(truth.cog));
         let bounds = [0, 1].map(|axis: usize| {
@@ -192,9 +209,8 @@ impl Page {
     }
 
     fn sides(&self, truth: &Truth) -> [f64; 2] {
-        if self.sketch.is_none() {
-            let half = 0.5 * (self.parameters.width - self.parameters.belt_width);
-            return [half, -half];
+        if let Drawing::Own(own) = &self.drawing {
+            return [own.half_width_m, -own.half_width_m];
         }
         let (sine, cosine) = libm::sincos(truth.yaw);
         let to_left = |place: &[f64; 3]| {

@@ -4,11 +4,7 @@
 const PLOTS = [
   { title: "Pitch", unit: "°", curves: [["truth", "pitch"], ["guard's estimate", "receivedPitch", "dashed"]] },
   { title: "Margin: centre of gravity to the edge of the support", unit: "m", zero: true, curves: [["rear, truth", "back"], ["rear, guard", "guardBack", "dashed", 0], ["front, truth", "front", "", 1], ["front, guard", "guardFront", "dashed", 1]] },
-  { title: "Chassis angle", unit: "°", curves: [["truth", "theta", "", 0], ["passed by the guard", "passedTheta", "", 1], ["commanded", "askedTheta", "dashed", 2]] },
   { title: "Forward speed", unit: "m/s", curves: [["truth", "speed", "", 0], ["passed by the guard", "passedSpeed", "", 1], ["commanded", "askedSpeed", "dashed", 2]] },
-  { title: "Screw extension L3", unit: "m", curves: [["truth", "extension", "", 2]] },
-  { title: "Belt: L + L2 + L3 − K", unit: "mm", zero: true, curves: [["strain (+), slack (−)", "tension", "", 3]] },
-  { title: "Motor currents", unit: "A", zero: true, curves: [["left", "leftCurrent"], ["right", "rightCurrent"], ["chassis", "chassisCurrent"], ["screw", "screwCurrent"]] },
   { title: "Bus load", unit: "%", zero: true, curves: [["last 100 ms", "busLoad", "", 2]] },
 ];
 // Fig. 8 of the paper. When a belt meets a nose, the ZMP peaks for one or two samples. The plot cuts

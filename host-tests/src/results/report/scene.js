@@ -21,7 +21,7 @@ function makeScene(svg, run) {
   };
   const ground = element("polygon", { fill: "var(--earth)" });
   const edge = element("polyline", { fill: "none", stroke: "var(--earth-edge)" });
-  const robot = (run.sketch ? makeSketch : makeB2p2)(run, element, set, line), k = view.scale;
+  const robot = robotPage.draw(run, element, set, line), k = view.scale;
   // The ground on the near side hides part of the robot.
   const near = element("polygon", { fill: "var(--earth)", opacity: 0.7 });
   const nearEdge = element("polyline", { fill: "none", stroke: "var(--earth-edge)", "stroke-width": 0.006 * k });

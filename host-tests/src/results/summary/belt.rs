@@ -1,4 +1,4 @@
-//! Computes strain and slack of B2P2's belt.
+//! Computes strain and slack of a belt that a screw keeps taut.
 
 use super::percentile::Largest;
 use crate::results::phases::{Phases, Undecided};

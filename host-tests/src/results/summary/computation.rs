@@ -9,7 +9,7 @@ use super::{BusFigures, ChannelFigures, Summary, notes};
 use crate::results::channel::Channel;
 use crate::results::phases::Phases;
 use crate::results::zmp::Balance;
-use crate::robots::Kind;
+use crate::robots::Role;
 use crate::scenario::Scenario;
 use crate::simulator::facts::RunFacts;
 use crate::simulator::record::Sample;
@@ -36,11 +36,14 @@ pub struct Statistics {
 impl Statistics {
     /// Begins a run of this scenario.
     pub fn new(scenario: &Scenario) -> Self {
+        let mut nodes = scenario.nodes().into_iter();
         Self {
             phases: Phases::new(scenario),
             armed: false,
             toppled: false,
-            belt: (scenario.kind() == Kind::B2p2).then(Belt::default),
+            belt: nodes
+                .any(|node| node.role == Role::Screw)
+                .then(Belt::default),
             motion: Motion::default(),
             pitch_deg: None,
             backward_margin_m: None,

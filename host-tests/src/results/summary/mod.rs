@@ -63,7 +63,7 @@ pub struct Summary {
     /// Number of lockstep steps.
     pub steps: u64,
     /// Strain or slack of the belt `|L + L2 + L3 - K|` in the simulator's ground truth, from the
-    /// first pitch above 8 degrees to the landing or the end, m; only of B2P2.
+    /// first pitch above 8 degrees to the landing or the end, m; only of a robot with a belt.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tension_error_m: Option<TensionError>,
     /// Distance driven over ground in the simulator's ground truth, forward and backward added, m.
@@ -77,7 +77,8 @@ pub struct Summary {
     /// estimate.
     pub min_guard_margin_m: Option<f64>,
     /// Difference of zero moment point and centre of gravity during the climb, as in Fig. 8 of
-    /// Paillat et al.; absent without a climb, and for other robots than B2P2.
+    /// Paillat et al.; absent without a climb, and for a robot without this
+    /// computation.
     pub zero_moment_point: Option<Figures>,
     /// Figures of the robot-specific channels by name; the last word of a name is the unit.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]

@@ -32,7 +32,7 @@ impl Summary {
                 raw.mean, raw.peak, smoothed.mean, smoothed.peak
             )
         });
-        // Only B2P2 has this line.
+        // Only a robot with a belt has this line.
         let zero_moment_point = zero_moment_point.or(belt.as_ref().map(|_| "none".to_owned()));
         [
             ("outcome", Some(outcome)),

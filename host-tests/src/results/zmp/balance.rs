@@ -1,29 +1,23 @@
 //! Follows centre of gravity and zero moment point through a run, sample by sample.
 
 use super::figures::Sums;
-use super::moment::{joints, model, moment};
 use super::smoothing::Smoothing;
-use super::{Figures, Moment, length};
+use super::{Figures, Moment, OwnBalance};
 use crate::results::phases::{Boundary, Phases, Undecided};
+use crate::results::robot;
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 use crate::world::ground::Ground;
 use crate::world::truth::Truth;
 use std::ops::Range;
-use tautrack::robots::b2p2::{Joints, Parameters};
 
 /// Centre of gravity and zero moment point of a run that goes on.
 pub struct Balance {
-    /// The nodes' model without and with payload; `None` if the parameters are no valid robot.
-    models: [Option<Parameters<f64>>; 2],
-    /// When the payload is loaded, s.
-    loaded_from_s: f64,
-    /// Converts a difference in m to percent of the robot's length.
-    unit: f64,
+    own: OwnBalance,
     /// The first nose and the last but one, m; `None` on ground without a nose.
     noses_m: Option<[f64; 2]>,
-    /// Joints of the last sample but one.
-    before: Option<Joints<f64>>,
+    /// The last sample but one.
+    before: Option<Truth>,
     last: Option<(f64, Truth)>,
     smoothing: Smoothing,
     phases: Phases,
@@ -59,9 +53,9 @@ pub struct Area {
 }
 
 impl Balance {
-    /// Begins a run of this scenario; `None` for another robot than B2P2.
+    /// Begins a run of this scenario; `None` for a robot without a balance of its own.
     pub fn new(scenario: &Scenario) -> Option<Self> {
-        let parameters = scenario.robot.b2p2()?.parameters(scenario.friction);
+        let own = robot::balance(&scenario.robot, scenario.friction)?;
         let noses_m = match scenario.terrain.ground() {
             Ground::Stairs(stairs) => {
                 let first = stairs.first_nose_x;
@@ -71,11 +65,7 @@ impl Balance {
             Ground::Flat | Ground::Ramp { .. } | Ground::Incline { .. } => None,
         };
         Some(Self {
-            models: [None, parameters.payload].map(|payload| model(&parameters, payload)),
-            loaded_from_s: parameters
-                .payload
-                .map_or(f64::INFINITY, |load| load.from_time_s),
-            unit: 100.0 / length(&parameters),
+            own,
             noses_m,
             before: None,
             last: None,
@@ -89,7 +79,8 @@ impl Balance {
         })
     }
 
-    /// Computes the balance over the samples of a run; empty for another robot than B2P2.
+    /// Computes the balance over the samples of a run; empty for a robot without a balance of its
+    /// own.
     pub fn over(scenario: &Scenario, samples: &[Sample]) -> BalanceOfRun {
         let Some(mut balance) = Self::new(scenario) else {
             return BalanceOfRun::default();
@@ -108,15 +99,17 @@ impl Balance {
         let Some((time_s, last)) = self.last.replace(here) else {
             return Vec::new();
         };
-        let now = joints(&last);
-        let before = self.before.replace(now);
-        let model = &self.models[usize::from(time_s >= self.loaded_from_s)];
-        let around = before.map(|before| [before, now, joints(&sample.truth)]);
-        let found = model.as_ref().zip(around);
-        let found = found.map(|(model, around)| moment(model, &last, around));
+        let before = self.before.replace(last.clone());
+        let found =
+            before.and_then(|before| (self.own.moment)(time_s, [&before, &last, &sample.truth]));
         let smoothed = self.smoothing.add(time_s, found);
         self.count(&smoothed);
         smoothed
+    }
+
+    /// Length of the straight robot, m.
+    pub fn length_m(&self) -> f64 {
+        self.own.length_m
     }
 
     /// Ends the run.
@@ -130,7 +123,9 @@ impl Balance {
         let areas = self.areas();
         BalanceOfRun {
             moments,
-            figures: areas.as_ref().and_then(|_| self.sums.figures(self.unit)),
+            figures: areas
+                .as_ref()
+                .and_then(|_| self.sums.figures(100.0 / self.own.length_m)),
             areas: areas.unwrap_or_default(),
         }
     }

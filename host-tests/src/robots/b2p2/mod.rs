@@ -1,9 +1,11 @@
-//! B2P2 in the simulator: its section of a scenario file, its nodes, and its plant (the simulated
-//! physics).
+//! B2P2 in the simulator: its section of a scenario file, its nodes, its plant (the simulated
+//! physics), and what the tools ask of it.
 
 pub mod nodes;
 pub mod plant;
+pub mod results;
 pub mod section;
+mod tools;
 
 use super::section::Facts;
 use tautrack::robots::Body;
@@ -15,11 +17,13 @@ pub const FACTS: Facts = Facts {
     name: "B2P2",
     nodes: &nodes::NODES,
     guard_program: "guard",
-    guard: &host::B2P2,
+    guard: &host::guard::<B2p2>(),
     scenario_file: "staircase.toml",
     stages: B2p2::STAGES,
     headlines: &[],
     stands_on_wheels: false,
+    follow_rates: &["_track"],
+    has_hand: true,
     plots_note: "",
-    origin: "",
+    origin: "Masses, inertias, L1 and L2 come from the B2P2 papers of Paillat, Lucidarme and Hardouin.",
 };

@@ -5,7 +5,7 @@ use super::nodes;
 use super::plant::{self, B2p2Parameters};
 use crate::bounds::{Problem, contradiction, within};
 use crate::robots::payload::Payload;
-use crate::robots::{Conditions, NodeSpec, Posture, Section};
+use crate::robots::{Conditions, NodeSpec, Posture, Robot, Section};
 use crate::world::Plant;
 use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
@@ -79,6 +79,42 @@ impl B2p2 {
     }
 }
 
+impl Default for Robot {
+    /// B2P2 with its nominal values.
+    fn default() -> Self {
+        Self::B2p2(B2p2::nominal())
+    }
+}
+
+impl Robot {
+    /// The default robot with this level of sensor noise.
+    pub fn nominal(sensor_noise: f64) -> Self {
+        Self::B2p2(B2p2 {
+            sensor_noise,
+            ..B2p2::nominal()
+        })
+    }
+
+    /// Returns B2P2's section; `None` for another robot.
+    pub fn b2p2(&self) -> Option<&B2p2> {
+        match self {
+            Self::B2p2(section) => Some(section),
+            _ => None,
+        }
+    }
+
+    /// Returns B2P2's section. Replaces another robot with B2P2 and its nominal values.
+    pub fn b2p2_mut(&mut self) -> &mut B2p2 {
+        if self.b2p2().is_none() {
+            *self = Self::default();
+        }
+        match self {
+            Self::B2p2(section) => section,
+            _ => unreachable!("it was replaced"),
+        }
+    }
+}
+
 impl Section for B2p2 {
     fn check(&self, conditions: &Conditions) -> Result<(), Problem> {
         let B2p2Parameters { l1, l2, .. } = B2p2Parameters::nominal();
@@ -119,7 +155,9 @@ impl Section for B2p2 {
     }
 
     fn posture(&self) -> Posture {
-        Posture::ChassisAngle
+        Posture::ChassisAngle {
+            travel: B2p2Parameters::nominal().joint_travel,
+        }
     }
 
     fn nodes(&self, conditions: &Conditions) -> Vec<NodeSpec> {

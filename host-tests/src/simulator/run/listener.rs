@@ -180,7 +180,7 @@ impl Listener {
         let posture = &mut self.received.posture;
         match self.posture {
             Posture::None => {}
-            Posture::ChassisAngle => {
+            Posture::ChassisAngle { .. } => {
                 let angles = [asked, passed].map(turn);
                 [self.received.asked_theta, self.received.passed_theta] = angles;
                 posture.insert("asked_chassis_rad", angles[0]);

@@ -124,7 +124,7 @@ impl Operator {
             command.yaw_rate = milli(ask.yaw_rate);
             command.posture = match self.posture {
                 Posture::None => 0,
-                Posture::ChassisAngle => (ask.theta / TAU * 65_536.0).round() as i16,
+                Posture::ChassisAngle { .. } => (ask.theta / TAU * 65_536.0).round() as i16,
                 Posture::Clearance { first_m } => milli(ask.clearance_m.unwrap_or(first_m)),
                 Posture::Step => milli(ask.step_m),
             };

@@ -2,7 +2,7 @@
 //! them beside their ceilings.
 //!
 //! [`counts`] runs the firmware's program `cost` and reads its counts. [`ceilings`] reads
-//! `host-tests/cost.toml`.
+//! the files `cost.toml`.
 
 pub mod ceilings;
 pub mod counts;

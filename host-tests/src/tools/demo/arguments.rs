@@ -10,11 +10,11 @@ use std::time::Duration;
 #[derive(Parser)]
 #[command(name = "cargo demo", version)]
 pub(super) struct Arguments {
-    /// Scenario file to run; by default that of the robot (for B2P2 the stairs of its paper)
+    /// Scenario file to run; by default that of the robot
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
     /// Robot whose default scenario, or whose operators' suite, is run
-    #[arg(long, value_enum, default_value = "b2p2", conflicts_with = "scenario")]
+    #[arg(long, value_enum, default_value_t, conflicts_with = "scenario")]
     pub robot: Kind,
     /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its
     /// table
@@ -102,7 +102,8 @@ pub(super) enum Switch {
 
 #[derive(Clone, Copy, ValueEnum)]
 pub(super) enum Suite {
-    /// Runs that topple B2P2 without the guard, and legitimate runs that the guard must not hinder
+    /// Runs that topple the default robot without the guard, and legitimate runs that the guard
+    /// must not hinder
     Hazards,
     /// Runs with operators who command at random; the guard must keep the robot from toppling
     Operators,

@@ -39,14 +39,14 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     };
     if let Some(suite) = arguments.suite {
         let seed = arguments.seed.unwrap_or(1);
-        let b2p2_with_guard = arguments.robot == Kind::B2p2 && arguments.guard.is_none();
+        let default_with_guard = arguments.robot == Kind::default() && arguments.guard.is_none();
         // Emulated nodes take too long for a suite.
         let board = Board::Host;
         let sensors = arguments
             .sensor_hz
             .map_or_else(Sensors::default, Sensors::at);
         let holds = match suite {
-            Suite::Hazards if b2p2_with_guard => {
+            Suite::Hazards if default_with_guard => {
                 command::hazards(board, arguments.random, seed, sensors, &out)
             }
             Suite::Hazards => {

@@ -6,29 +6,19 @@
 //!
 //! The format is the one of host-tests/vectors: `group`, `params`,
 //! `functions: {name: [{in, out}]}`. The result is the same document with `out` computed in every
-//! case. Each group is one file in this folder and one line in `groups`.
+//! case. The groups are those of the robots.
 
-mod b2p2_dynamics;
-mod b2p2_fk_com;
-mod b2p2_parameters;
-mod b2p2_screw;
-mod b2p2_zmp;
 mod command;
-mod crawler;
 mod error;
-mod hylos_control;
-mod hylos_margin;
-mod hylos_parameters;
-mod input;
-mod rt_mover;
+pub(crate) mod input;
 
 pub use command::main;
 pub use error::EvaluateError;
 
+use crate::tools::robot::groups;
 use clap::ValueEnum;
 use input::Input;
 use serde_json::Value;
-use tautrack::math::Scalar;
 
 /// Number format of the computation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -40,23 +30,11 @@ pub enum Precision {
 }
 
 /// A function of a group: computes `out` from the document's `params` and a case's `in`.
-type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
+pub(crate) type Function = fn(&Input, &Input) -> Result<Value, EvaluateError>;
 /// The functions of a group, by name.
-type Functions = Vec<(&'static str, Function)>;
-
-/// All groups with their functions.
-fn groups<S: Scalar>() -> Vec<(&'static str, Functions)> {
-    vec![
-        ("b2p2_screw", b2p2_screw::functions::<S>()),
-        ("b2p2_fk_com", b2p2_fk_com::functions::<S>()),
-        ("b2p2_dynamics", b2p2_dynamics::functions::<S>()),
-        ("b2p2_zmp", b2p2_zmp::functions::<S>()),
-        ("crawler", crawler::functions::<S>()),
-        ("hylos_margin", hylos_margin::functions::<S>()),
-        ("hylos_control", hylos_control::functions::<S>()),
-        ("rt_mover", rt_mover::functions::<S>()),
-    ]
-}
+pub(crate) type Functions = Vec<(&'static str, Function)>;
+/// Groups with their functions, by name.
+pub(crate) type Groups = Vec<(&'static str, Functions)>;
 
 /// Parses the document `text` and computes every `out`.
 ///
@@ -74,10 +52,7 @@ pub fn evaluate(text: &str, precision: Precision) -> Result<Value, EvaluateError
     }
 }
 
-fn evaluate_with(
-    mut document: Value,
-    groups: &[(&'static str, Functions)],
-) -> Result<Value, EvaluateError> {
+fn evaluate_with(mut document: Value, groups: &Groups) -> Result<Value, EvaluateError> {
     let root = Input::root(&document);
     let group = root.text("group")?;
     let names = || groups.iter().map(|(name, _)| *name).collect();

@@ -19,7 +19,7 @@ pub(super) enum Role {
     Axle,
     /// The node of the driving screw.
     Screw,
-    /// The guard of the robot in --robot, or of B2P2.
+    /// The guard of the robot in --robot, or of the default one.
     Guard,
 }
 
@@ -83,7 +83,7 @@ fn command(arguments: &Arguments) -> Result<(), String> {
     }
     let mut board = match arguments.role {
         Role::Axle | Role::Screw => motor(arguments.role)?,
-        Role::Guard => guard(arguments.robot.unwrap_or(Kind::B2p2))?,
+        Role::Guard => guard(arguments.robot.unwrap_or_default())?,
     };
     if !settings.is_empty() {
         let mut pages = Pages::erased();

@@ -1,5 +1,5 @@
-//! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of B2P2 with rate and
-//! load, the loads of the other robots, the payloads, and all objects.
+//! Writes the generated parts of docs/bus.md as Markdown: the cyclic frames of the default robot
+//! with rate and load, the loads of the other robots, the payloads, and all objects.
 
 use super::dictionary::model::{Dictionary, Entry, ObjectCode, Pdo};
 use super::tables::sentence;
@@ -43,14 +43,15 @@ fn nodes(kind: Kind) -> Result<Vec<NodeSpec>, ReferenceError> {
     Ok(Scenario::load(&path)?.nodes())
 }
 
-/// Returns the table of bus loads of the robots other than B2P2, by kind of frame.
+/// Returns the table of bus loads of the robots other than the default one, by kind of frame.
 ///
 /// # Errors
 /// If the default scenario of a robot is missing or invalid.
 pub fn others(roles: &[Dictionary]) -> Result<String, ReferenceError> {
     let mut text = "| Robot | Drives | SYNC | Set-points | Motion | Status, heartbeats, guard, operator | All |\n|---|---|---|---|---|---|---|\n".to_owned();
-    for kind in &Kind::value_variants()[1..] {
-        let (kind, name) = (*kind, kind.facts().name);
+    let others = Kind::value_variants().iter().copied();
+    for kind in others.filter(|kind| *kind != Kind::default()) {
+        let name = kind.facts().name;
         let nodes = nodes(kind)?;
         let frames = cyclic(roles, kind, &nodes);
         let share = |counts: &dyn Fn(&str) -> bool| {
@@ -73,13 +74,15 @@ pub fn others(roles: &[Dictionary]) -> Result<String, ReferenceError> {
     Ok(text)
 }
 
-/// Returns the table of the cyclic frames of B2P2 with the bus load of each, and the sum.
+/// Returns the table of the cyclic frames of the default robot with the bus load of each, and the
+/// sum.
 ///
 /// # Errors
-/// If B2P2's default scenario is missing or invalid.
+/// If its default scenario is missing or invalid.
 pub fn frames(roles: &[Dictionary]) -> Result<String, ReferenceError> {
     let mut text = "| Identifier | Sender | Frame | Bytes | Bits | Rate | Load |\n|---|---|---|---|---|---|---|\n".to_owned();
-    let frames = cyclic(roles, Kind::B2p2, &nodes(Kind::B2p2)?);
+    let kind = Kind::default();
+    let frames = cyclic(roles, kind, &nodes(kind)?);
     for frame in &frames {
         let _ = writeln!(
             text,
@@ -119,9 +122,9 @@ fn sync_period_us(nodes: &[NodeSpec]) -> u64 {
 }
 
 /// Returns true if the drive's set-points are velocities, false if they are positions.
-fn is_told_rates(kind: Kind, name: NodeName) -> bool {
-    let ends = ["_track", "_wheel"];
-    kind == Kind::RtMover || ends.iter().any(|end| name.as_str().ends_with(end))
+fn follows_rates(kind: Kind, name: NodeName) -> bool {
+    let mut ends = kind.facts().follow_rates.iter();
+    ends.any(|end| name.as_str().ends_with(end))
 }
 
 fn cyclic(roles: &[Dictionary], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
@@ -142,7 +145,7 @@ fn cyclic(roles: &[Dictionary], kind: Kind, nodes: &[NodeSpec]) -> Vec<Cyclic> {
             NodeName::SCREW => ("screw", 0, guard, sync_us),
             _ => (
                 "axle",
-                usize::from(is_told_rates(kind, name)),
+                usize::from(follows_rates(kind, name)),
                 guard,
                 sync_us,
             ),

@@ -14,7 +14,7 @@ pub mod eds;
 pub mod guarantees;
 mod setting_objects;
 mod tables;
-mod urdf;
+pub(crate) mod urdf;
 mod verdicts;
 
 use crate::programs::setup::checkout::{NoCheckout, root};

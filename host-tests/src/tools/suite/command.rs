@@ -8,7 +8,6 @@ use crate::programs::setup::checkout;
 use crate::programs::{Board, Programs};
 use crate::robots::Kind;
 use crate::scenario::{Scenario, Sensors};
-use clap::ValueEnum;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -28,7 +27,7 @@ pub fn hazards(
     sensors: Sensors,
     out: &Path,
 ) -> Result<bool, String> {
-    let programs = programs(board, Kind::B2p2)?;
+    let programs = programs(board, Kind::default())?;
     let root = checkout::root().map_err(|error| error.to_string())?;
     let scenarios = root.join("host-tests/scenarios");
     let done = |row: &Row| {
@@ -76,8 +75,7 @@ fn write_findings(
 /// The programs do not build, a run fails, or a file cannot be written.
 pub fn operators(board: Board, plan: &Plan, out: &Path) -> Result<bool, String> {
     let programs = programs(board, plan.robot)?;
-    let robot = plan.robot.to_possible_value();
-    let robot = robot.as_ref().map_or("", |value| value.get_name());
+    let robot = plan.robot.argument();
     let guard = if plan.guard { "on" } else { "off" };
     let folder = out.join(format!("operators-{robot}-{guard}"));
     let cannot = |error| format!("cannot write to {}: {error}", folder.display());

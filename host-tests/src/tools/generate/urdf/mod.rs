@@ -1,63 +1,51 @@
 //! Writes the robots as URDF files, the robot descriptions of ROS, from the parameters of their
 //! plants.
 //!
-//! `b2p2`, `crawler`, `hylos` and `rt_mover` return the links and joints of one robot. A joint with
-//! the name of a node gets the limits of that node's drive. Links are drawn as the robot's plant
-//! describes its bodies. Axes are x forward, y left, z up.
-
-mod b2p2;
-mod crawler;
-mod hylos;
-mod rt_mover;
+//! Each robot returns its links and joints. A joint with the name of a node gets the limits of that
+//! node's drive. Links are drawn as the robot's plant describes its bodies. Axes are x forward, y
+//! left, z up.
 
 use super::ReferenceError;
 use crate::programs::setup::checkout::root;
 use crate::robots::{Kind, NodeSpec};
 use crate::scenario::Scenario;
+use crate::tools::robot;
 use crate::world::inertia::Inertia;
 use crate::world::truth::Part;
+use clap::ValueEnum;
 use rapier3d_f64::dynamics::MassProperties;
 use std::collections::BTreeMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 use std::fmt::Write;
 use tautrack::settings::Setting;
 
-/// Robots that have a description, with their names as in docs/robots.
-const ROBOTS: [(Kind, &str, Describe); 4] = [
-    (Kind::B2p2, "b2p2", b2p2::description),
-    (Kind::Crawler, "crawler", crawler::description),
-    (Kind::Hylos, "hylos", hylos::description),
-    (Kind::RtMover, "rt-mover", rt_mover::description),
-];
 /// Name of the link that has no mass, which ROS wants at the root.
 const BASE: &str = "base_link";
 
-type Describe = fn() -> Description;
-
 /// Joints and masses of a robot.
-struct Description {
+pub struct Description {
     /// Link in which the joints start.
-    root: String,
-    joints: Vec<Joint>,
+    pub root: String,
+    pub joints: Vec<Joint>,
     /// Mass, centre of mass and inertia of the links that have one.
-    masses: BTreeMap<String, Inertia>,
+    pub masses: BTreeMap<String, Inertia>,
     /// Shapes of links that are no bodies of the plant.
-    shapes: BTreeMap<String, Part>,
+    pub shapes: BTreeMap<String, Part>,
 }
 
 /// Joint between two links. Its axes are parallel to those of the links when it is at zero.
-struct Joint {
-    name: String,
-    parent: String,
-    child: String,
+pub struct Joint {
+    pub name: String,
+    pub parent: String,
+    pub child: String,
     /// Place of the joint and of the child's origin in the parent's axes, m.
-    place: [f64; 3],
-    axis: [f64; 3],
-    motion: Motion,
+    pub place: [f64; 3],
+    pub axis: [f64; 3],
+    pub motion: Motion,
 }
 
 /// How a joint moves.
-enum Motion {
+pub enum Motion {
     /// The child does not move.
     Fixed,
     /// The child turns, rad, within these limits if there are some.
@@ -69,7 +57,7 @@ enum Motion {
 }
 
 /// Converts the form of the physics engine.
-fn inertia(properties: &MassProperties) -> Inertia {
+pub fn inertia(properties: &MassProperties) -> Inertia {
     Inertia {
         mass: properties.mass(),
         centre: properties.local_com,
@@ -84,13 +72,17 @@ fn inertia(properties: &MassProperties) -> Inertia {
 pub fn files() -> Result<Vec<(String, String)>, ReferenceError> {
     let scenarios = root()?.join("host-tests/scenarios");
     let mut files = Vec::new();
-    for (kind, name, description) in ROBOTS {
+    for kind in Kind::value_variants() {
+        let Some(links) = robot::links(*kind) else {
+            continue;
+        };
+        let name = &kind.argument();
         let scenario = Scenario::load(&scenarios.join(kind.facts().scenario_file))?;
         let mut parts = BTreeMap::new();
         for body in scenario.plant().bodies() {
             parts.insert(body.name.to_owned(), body.parts);
         }
-        let text = write(name, description(), parts, &scenario.nodes());
+        let text = write(name, links, parts, &scenario.nodes());
         files.push((format!("{name}.urdf"), text));
     }
     Ok(files)

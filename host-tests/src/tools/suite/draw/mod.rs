@@ -1,21 +1,25 @@
 //! Draws scenarios at random.
 //!
 //! A scenario is determined by its kind, the seed, its number, and how often it was drawn again.
-//! [`generator`] makes the random numbers. `hazards`, `manoeuvres` and `legitimate` have the
-//! families of the hazard suite, and `family` what these share. [`operators`] draws operators who
-//! command at random. In the families the robot starts close to its obstacle, so that a run takes 5
-//! to 12 s of virtual time.
+//! [`generator`] makes the random numbers, `beginning` the description that every draw starts from.
+//! The hazard suite draws from the families of the default robot, in which the robot starts close
+//! to its obstacle, so that a run takes 5 to 12 s of virtual time. [`operators`] draws operators
+//! who command at random.
 
-mod family;
+mod beginning;
 pub mod generator;
-mod hazards;
-mod legitimate;
-mod manoeuvres;
 pub mod operators;
 
-use crate::scenario::{Scenario, ScenarioError};
-use family::{Family, beginning};
+use crate::robots::Robot;
+use crate::scenario::{Description, Scenario, ScenarioError};
+use crate::tools::robot;
 use generator::Random;
+
+pub use beginning::beginning;
+
+/// A family draws scenarios of one kind, such as "too fast": its name, and the function that
+/// changes the common description to one of this family.
+pub type Family = (&'static str, fn(&mut Random, &mut Description));
 
 /// Purpose of a scenario in the hazard suite.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -46,10 +50,7 @@ impl Kind {
 /// A drawn value is out of a scenario's bounds, which is a mistake in a family.
 pub fn draw(kind: Kind, seed: u64, number: u64, again: u64) -> Result<Scenario, ScenarioError> {
     let mut random = Random::new(&[seed, number, (again << 1) | kind as u64]);
-    let families: &[Family] = match kind {
-        Kind::Hazard => hazards::FAMILIES,
-        Kind::Legitimate => legitimate::FAMILIES,
-    };
+    let families = robot::families(Robot::default().kind(), kind);
     let (family, change) = families[(number % families.len() as u64) as usize];
     let mut drawn = beginning(&mut random);
     change(&mut random, &mut drawn);

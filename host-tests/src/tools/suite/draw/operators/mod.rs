@@ -1,18 +1,15 @@
 //! Draws an operator who commands at random, on random ground.
 //!
-//! `commands` draws the operator's commands, the other files the ground and the load of one robot
-//! each. Three requests are never drawn: override and back off, which need somebody who watches the
-//! robot, and disarm, which lets a robot roll down a slope.
+//! [`commands`] draws the operator's commands, each robot its ground and its load. Three requests
+//! are never drawn: override and back off, which need somebody who watches the robot, and disarm,
+//! which lets a robot roll down a slope.
 
-mod b2p2;
-mod commands;
-mod crawler;
-mod hylos;
-mod rt_mover;
+pub mod commands;
 
 use super::generator::Random;
 use crate::robots::Kind;
-use crate::scenario::{Description, Scenario, ScenarioError};
+use crate::scenario::{Scenario, ScenarioError};
+use crate::tools::robot;
 
 /// Time from arming for which the operator commands, s.
 pub const OPERATED_S: f64 = 30.0;
@@ -23,27 +20,22 @@ pub const OPERATED_S: f64 = 30.0;
 /// # Errors
 /// A drawn value is out of a scenario's bounds, which is a mistake in a draw.
 pub fn draw(
-    robot: Kind,
+    kind: Kind,
     guard: bool,
     seed: u64,
     number: u64,
     again: u64,
 ) -> Result<Scenario, ScenarioError> {
     // These keys do not occur in the hazard suite.
-    let mut random = Random::new(&[seed, number, (again << 4) | (8 + robot as u64)]);
-    let mut drawn: Description = match robot {
-        Kind::B2p2 => b2p2::draw(&mut random),
-        Kind::Crawler => crawler::draw(&mut random),
-        Kind::Hylos => hylos::draw(&mut random),
-        Kind::RtMover => rt_mover::draw(&mut random),
-    };
+    let mut random = Random::new(&[seed, number, (again << 4) | (8 + kind as u64)]);
+    let mut drawn = robot::operator(kind, &mut random);
     drawn.name = format!("operator-{seed}-{number}");
     drawn.guard = guard;
     Scenario::checked(drawn)
 }
 
 /// Slope on which friction holds a robot, with a reserve of 15 %, degrees.
-fn standing_deg(friction: f64) -> f64 {
+pub fn standing_deg(friction: f64) -> f64 {
     libm::atan(0.85 * friction).to_degrees()
 }
 
@@ -74,8 +66,8 @@ mod tests {
 
     #[test]
     fn the_guard_is_the_only_difference_between_the_two_runs_of_a_number() {
-        let with = draw(Kind::B2p2, true, 5, 7, 0).unwrap();
-        let mut without = draw(Kind::B2p2, false, 5, 7, 0).unwrap().description();
+        let with = draw(Kind::default(), true, 5, 7, 0).unwrap();
+        let mut without = draw(Kind::default(), false, 5, 7, 0).unwrap().description();
         assert!(!without.guard);
         without.guard = true;
         assert_eq!(with.description(), without);
@@ -85,7 +77,7 @@ mod tests {
     fn operators_request_everything_but_disarm_override_and_back_off() {
         let mut requests = BTreeSet::new();
         for number in 0..100 {
-            let scenario = draw(Kind::B2p2, true, 1, number, 0).unwrap();
+            let scenario = draw(Kind::default(), true, 1, number, 0).unwrap();
             let events = scenario.operator.events.iter();
             requests.extend(events.filter_map(|event| event.request.map(OperatorRequest::as_str)));
         }

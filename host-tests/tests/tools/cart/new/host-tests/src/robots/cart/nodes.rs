@@ -58,15 +58,13 @@ fn axle(robot: &Cart) -> Vec<(Setting, i32)> {
 }
 
 fn guard(robot: &Cart, filters: bool) -> Vec<(Setting, i32)> {
-    let [behind, up] = CART.cog(robot.mast_m);
+    let [_, up] = CART.cog(robot.mast_m);
     let mut values = vec![
         (Setting::FilterActive, i32::from(filters)),
         (Setting::PulleyRadius, micro(CART.wheel_radius)),
         (Setting::TrackGauge, micro(CART.gauge)),
         (Setting::RobotMass, milli(CART.mass())),
         (Setting::CogHeight, micro(up)),
-        (Setting::CasterDistance, micro(CART.caster)),
-        (Setting::CogBehind, micro(behind)),
         (Setting::DriveAcceleration, micro(robot.acceleration_mps2)),
     ];
     values.extend_from_slice(LEVELS);

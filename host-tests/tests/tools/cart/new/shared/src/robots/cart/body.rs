@@ -1,6 +1,6 @@
 //! Implements the guard's interface to a robot for the cart.
 
-use super::model::{Shape, Unsupported, wheel_rates};
+use super::model::{Shape, wheel_rates};
 use crate::bus::scale::{Position, Scale};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
@@ -11,6 +11,7 @@ use crate::robots::turn::Turn;
 use crate::settings::{Setting, Settings};
 use crate::estimate::attitude::Attitude;
 use crate::stability::support::Stance;
+use core::convert::Infallible;
 use heapless::Vec;
 
 /// State of the cart in the guard. The drives are the left and the right wheel.
@@ -30,16 +31,16 @@ pub struct Cart {
 }
 
 impl Body for Cart {
-    type Refusal = Unsupported;
+    type Refusal = Infallible;
     type Posture = ();
 
     const STAGES: &'static [&'static str] = &["enabling"];
     const ODOMETRY: &'static [usize] = &[0, 1];
 
-    fn new(settings: &Settings) -> Result<Self, Unsupported> {
+    fn new(settings: &Settings) -> Result<Self, Infallible> {
         let gauge = settings.si(Setting::TrackGauge);
         Ok(Self {
-            shape: Shape::new(settings)?,
+            shape: Shape::new(settings),
             wheel_radius: settings.si(Setting::PulleyRadius),
             gauge,
             limits: Limits {
