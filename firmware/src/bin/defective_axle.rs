@@ -1,7 +1,0 @@
-//! Program of an axle with one of several defects on purpose, for the tests of the images.
-#![no_std]
-#![no_main]
-
-use tautrack_firmware::roles::axle;
-
-tautrack_firmware::program!(axle::ROLE);
