@@ -12,4 +12,3 @@ pub mod generate;
 mod settings;
 pub mod suite;
 pub mod tool;
-mod weigh;

@@ -192,8 +192,7 @@ fn help_of_tool() -> String {
         String::from_utf8(output.expect("it starts").stdout).expect("text")
     };
     let settings = ["list", "get", "set", "dump", "restore"];
-    let settings = settings.map(|name| command(&["settings", name]));
-    settings.concat() + &command(&["weigh"])
+    settings.map(|name| command(&["settings", name])).concat()
 }
 
 #[test]
