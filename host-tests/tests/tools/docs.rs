@@ -347,7 +347,7 @@ fn every_cargo_command_is_one() {
         let unknown = commands.filter_map(|words| {
             let name = *words.get(1)?;
             let own = [
-                "bench", "build", "clippy", "fmt", "install", "mutants", "run", "test",
+                "bench", "build", "clippy", "deny", "fmt", "install", "mutants", "run", "test",
             ];
             (!own.contains(&name) && !config.contains(&format!("\n{name} = ")))
                 .then(|| format!("cargo {name}"))
