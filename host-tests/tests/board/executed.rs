@@ -8,8 +8,6 @@ use crate::chip::{
 };
 use crate::images::programs;
 use crate::stamp;
-use object::read::elf::ElfFile32;
-use object::{Endianness, Object, ObjectSymbol};
 use std::cell::Cell;
 use std::fs;
 use tautrack::settings::Setting;
@@ -118,16 +116,6 @@ fn arm(chip: &mut Chip) {
         chip.is_live(),
         "statusword {status:#06x}, error {error:#06x}"
     );
-}
-
-/// Address of a function or variable of the axle's image.
-pub fn symbol(part: &str) -> u32 {
-    let elf = fs::read(&programs().axle.path).expect("a program");
-    let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
-    file.symbols()
-        .find(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
-        .unwrap_or_else(|| panic!("no symbol with {part}"))
-        .address() as u32
 }
 
 /// Address of an instruction with which the axle's program panics.
