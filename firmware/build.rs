@@ -21,7 +21,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         println!("cargo:rerun-if-changed={}", script.display());
         println!("cargo:rerun-if-changed=../memory.x");
         println!("cargo:rustc-link-arg-bin=loader=-T{}", script.display());
-        for role in ["axle", "screw", "defective_axle"] {
+        for role in ["axle", "screw"] {
             // The script of the run-time crate includes memory.x of the repository's root.
             println!("cargo:rustc-link-arg-bin={role}=-Tlink.x");
             println!("cargo:rustc-link-arg-bin={role}=-Tdefmt.x");

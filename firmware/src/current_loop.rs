@@ -30,7 +30,6 @@ pub fn capture<R>(use_it: impl FnOnce(&mut Capture) -> R) -> Option<R> {
 }
 
 /// Follows a client's request for a recording ([`Capture::request`]).
-#[allow(dead_code)] // `bin/ticks.rs` includes this file but has no such client
 pub fn request_capture(request: Request) {
     capture(|capture| capture.request(request));
 }
@@ -42,7 +41,6 @@ fn record(signals: &Signals) {
 }
 
 /// Installs the current loop. Before this call, the bridge stays off whatever the demand is.
-#[allow(dead_code)] // `bin/ticks.rs` includes this file but never calls `install`
 pub fn install(current_loop: CurrentLoop) {
     critical_section::with(|cs| {
         // Cannot fail: the critical section excludes any other borrow.
@@ -66,7 +64,6 @@ fn with<R>(use_it: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
 }
 
 /// Sets the current that cancels the cogging torque ([`CurrentLoop::set_cogging`]).
-#[allow(dead_code)] // `bin/ticks.rs` includes this file but has no such search
 pub fn set_cogging(periods: i32, wave: Wave) {
     with(|current_loop| current_loop.set_cogging(periods, wave));
 }

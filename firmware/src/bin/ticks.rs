@@ -19,7 +19,9 @@ use core::panic::PanicInfo;
 // Linked for its implementation of the critical section.
 use cortex_m as _;
 use tautrack::motor::bridge::Readings;
-use tautrack::motor::current::Excitation;
+use tautrack::motor::capture::Request;
+use tautrack::motor::cogging::Wave;
+use tautrack::motor::current::{CurrentLoop, Excitation};
 use tautrack::node::axle::{self, Axle, BridgeDemand};
 use tautrack::node::calibration::{self, Calibrator};
 use tautrack::node::guard::{self, Guard};
@@ -48,8 +50,9 @@ impl<T> Slot<T> {
 
 static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
-static INPUTS: Slot<guard::Inputs<'static>> = Slot::new();
+static RECEIVED: Slot<guard::Inputs<'static>> = Slot::new();
 static CURRENT: Slot<Readings> = Slot::new();
+static CHANGES: Slot<(CurrentLoop, Wave, Request)> = Slot::new();
 static CALIBRATION: Slot<(Calibrator, calibration::Inputs)> = Slot::new();
 
 macro_rules! guards {
@@ -70,21 +73,26 @@ tautrack::every_robot!(guards);
 #[cortex_m_rt::entry]
 fn main() -> ! {
     // SAFETY: whoever starts the program writes the values; each slot has one reference.
-    let (axle, screw, received, current, calibrator) = unsafe {
+    let (axle, screw, received, current, changes, calibrator) = unsafe {
         (
             AXLE.get(),
             SCREW.get(),
-            INPUTS.get(),
+            RECEIVED.get(),
             CURRENT.get(),
+            CHANGES.get(),
             CALIBRATION.get(),
         )
     };
+    let (current_loop, wave, request) = changes;
+    current_loop::install(current_loop.clone());
     loop {
         black_box(axle.0.tick(&axle.1));
         black_box(screw.0.tick(&screw.1));
         tick_guards(received);
         black_box(current_loop::pwm_period(current));
         black_box(current_loop::take_means(|| None));
+        current_loop::set_cogging(black_box(1), *wave);
+        current_loop::request_capture(*request);
         current_loop::demand(black_box(BridgeDemand::Off), black_box(0.0), black_box(0.0));
         black_box(
             calibrator

@@ -1,7 +1,7 @@
 //! Reads from this computer the facts that a plan needs, and performs the plan's steps.
 
 use super::checkout::root;
-use super::plan::{Facts, Packages, Rights, Step};
+use super::plan::{Facts, Rights, Step};
 use super::{PROBE_RS, QEMU, TARGET};
 use std::ffi::OsStr;
 use std::path::PathBuf;
@@ -17,7 +17,7 @@ pub fn facts() -> Facts {
         rustup: succeeds(&["rustup", "--version"]),
         qemu: succeeds(&[QEMU, "--version"]),
         probe_rs: succeeds(&[PROBE_RS, "--version"]),
-        packages: packages(),
+        apt: succeeds(&["apt-get", "--version"]),
         rights: rights(),
         setup_allowed: env::var_os("TAUTRACK_NO_SETUP").is_none_or(|value| value != "1"),
     }
@@ -75,16 +75,6 @@ pub fn commit(rustc: &OsStr) -> Option<String> {
     let version = answer(rustc, &["-vV"])?;
     let mut lines = version.lines();
     lines.find_map(|line| Some(line.strip_prefix("commit-hash: ")?.to_owned()))
-}
-
-fn packages() -> Option<Packages> {
-    if succeeds(&["apt-get", "--version"]) {
-        Some(Packages::Apt)
-    } else if succeeds(&["dnf", "--version"]) {
-        Some(Packages::Dnf)
-    } else {
-        None
-    }
 }
 
 fn rights() -> Option<Rights> {

@@ -29,14 +29,6 @@ impl Part {
             Self::Qemu | Self::ProbeRs => None,
         }
     }
-
-    /// Packages that contain the part; empty if the package manager does not have it.
-    fn of_packages(self, manager: Packages) -> &'static [&'static str] {
-        match (self, manager) {
-            (Self::Qemu, Packages::Apt | Packages::Dnf) => &[QEMU],
-            _ => &[],
-        }
-    }
 }
 
 impl fmt::Display for Part {
@@ -48,15 +40,6 @@ impl fmt::Display for Part {
             Self::ProbeRs => PROBE_RS,
         })
     }
-}
-
-/// Package manager that provides the needed packages.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Packages {
-    /// apt-get of Debian and its derivatives.
-    Apt,
-    /// dnf of Fedora and its derivatives.
-    Dnf,
 }
 
 /// Right to install packages without a password.
@@ -82,9 +65,9 @@ pub struct Facts {
     pub qemu: bool,
     /// probe-rs is installed.
     pub probe_rs: bool,
-    /// The package manager, unless it has failed.
-    pub packages: Option<Packages>,
-    /// The right to use the package manager, if there is one.
+    /// apt-get of Debian and its derivatives is installed and has not failed.
+    pub apt: bool,
+    /// The right to use apt-get, if there is one.
     pub rights: Option<Rights>,
     /// The user has not forbidden installations.
     pub setup_allowed: bool,
@@ -109,9 +92,8 @@ impl Facts {
         if self.rustup && part.of_rustup().is_some() {
             return Some(Step::Rustup(part));
         }
-        let (manager, rights) = self.packages.zip(self.rights)?;
-        let known = !part.of_packages(manager).is_empty();
-        known.then_some(Step::Packages(part, manager, rights))
+        let rights = self.rights.filter(|_| self.apt && part == Part::Qemu)?;
+        Some(Step::Qemu(rights))
     }
 }
 
@@ -120,52 +102,41 @@ impl Facts {
 pub enum Step {
     /// Adds a part with rustup.
     Rustup(Part),
-    /// Installs the packages that contain a part.
-    Packages(Part, Packages, Rights),
+    /// Installs the emulator with apt-get.
+    Qemu(Rights),
 }
 
 impl Step {
     /// What the step installs.
     fn part(self) -> Part {
         match self {
-            Self::Rustup(part) | Self::Packages(part, ..) => part,
+            Self::Rustup(part) => part,
+            Self::Qemu(_) => Part::Qemu,
         }
     }
 
     /// The command lines of this step, to be run in order, each as program and arguments.
     pub fn commands(self) -> Vec<Vec<&'static str>> {
-        let (part, manager, rights) = match self {
+        let sudo: &[_] = match self {
             Self::Rustup(part) => {
                 let arguments = part.of_rustup().into_iter().flatten();
                 return vec![["rustup"].into_iter().chain(arguments).collect()];
             }
-            Self::Packages(part, manager, rights) => (part, manager, rights),
+            Self::Qemu(Rights::Sudo) => &["sudo", "-n"],
+            Self::Qemu(Rights::Root) => &[],
         };
-        let before: &[&[&str]] = match manager {
-            // If another installation is running, wait for it instead of failing.
-            Packages::Apt => &[
-                &["apt-get", "update"],
-                &[
-                    "apt-get",
-                    "-o",
-                    "DPkg::Lock::Timeout=300",
-                    "install",
-                    "-y",
-                    "--no-install-recommends",
-                ],
-            ],
-            Packages::Dnf => &[&["dnf", "install", "-y"]],
-        };
-        let mut commands: Vec<_> = before.iter().map(|command| command.to_vec()).collect();
-        if let Some(install) = commands.last_mut() {
-            install.extend(part.of_packages(manager));
-        }
-        if rights == Rights::Sudo {
-            for command in &mut commands {
-                command.splice(..0, ["sudo", "-n"]);
-            }
-        }
-        commands
+        let update: &[_] = &["apt-get", "update"];
+        // If another installation is running, wait for it instead of failing.
+        let install: &[_] = &[
+            "apt-get",
+            "-o",
+            "DPkg::Lock::Timeout=300",
+            "install",
+            "-y",
+            "--no-install-recommends",
+            QEMU,
+        ];
+        vec![[sudo, update].concat(), [sudo, install].concat()]
     }
 }
 
@@ -224,14 +195,14 @@ pub fn plan(needs: &[Part], facts: &Facts) -> Result<Vec<Step>, Missing> {
 }
 
 /// Updates the facts after `step`; `done` says whether its commands succeeded. The result is the
-/// facts `found` now, except that a method (rustup or package manager) which did not help, or had
+/// facts `found` now, except that a method (rustup or apt-get) which did not help, or had
 /// failed before, is not tried again.
 pub fn after(step: Step, done: bool, before: &Facts, found: &Facts) -> Facts {
     let helped = done && found.has(step.part());
     let rustup_step = matches!(step, Step::Rustup(_));
     Facts {
         rustup: before.rustup && (helped || !rustup_step),
-        packages: before.packages.filter(|_| helped || rustup_step),
+        apt: before.apt && (helped || rustup_step),
         ..*found
     }
 }

@@ -3,8 +3,8 @@
 
 use Part::{ProbeRs, Qemu, Sources, Target};
 use proptest::prelude::*;
-use tautrack_setup::plan::{Packages, RUSTUP, after, plan};
-use tautrack_setup::{Facts, Missing, Part, QEMU, Rights, Step};
+use tautrack_setup::plan::{RUSTUP, after, plan};
+use tautrack_setup::{Facts, Missing, Part, Rights, Step};
 
 const READY: Facts = Facts {
     target_library: true,
@@ -12,7 +12,7 @@ const READY: Facts = Facts {
     rustup: true,
     qemu: true,
     probe_rs: true,
-    packages: Some(Packages::Apt),
+    apt: true,
     rights: Some(Rights::Root),
     setup_allowed: true,
 };
@@ -25,21 +25,16 @@ const IMAGE: [Part; 2] = [Target, Sources];
 const ALL: [Part; 4] = [Target, Sources, Qemu, ProbeRs];
 
 fn facts() -> impl Strategy<Value = Facts> {
-    let packages = prop_oneof![
-        Just(None),
-        Just(Some(Packages::Apt)),
-        Just(Some(Packages::Dnf))
-    ];
     let rights = prop_oneof![
         Just(None),
         Just(Some(Rights::Root)),
         Just(Some(Rights::Sudo))
     ];
-    (any::<[bool; 6]>(), packages, rights).prop_map(|(bits, packages, rights)| Facts {
+    (any::<[bool; 7]>(), rights).prop_map(|(bits, rights)| Facts {
         target_library: bits[0],
         rustup: bits[1],
         qemu: bits[2],
-        packages,
+        apt: bits[6],
         rights,
         setup_allowed: bits[3],
         library_sources: bits[4],
@@ -106,16 +101,11 @@ fn a_missing_part_that_is_not_needed_is_neither_installed_nor_demanded() {
 
 #[test]
 fn commands_use_the_rights_there_are() {
-    let step = Step::Packages(Qemu, Packages::Dnf, Rights::Sudo);
-    assert_eq!(
-        step.commands(),
-        [["sudo", "-n", "dnf", "install", "-y", QEMU]]
-    );
-    assert!(
-        step.to_string()
-            .ends_with("sudo -n dnf install -y qemu-system-arm")
-    );
-    let step = Step::Packages(Qemu, Packages::Apt, Rights::Root);
+    let step = Step::Qemu(Rights::Sudo);
+    for command in step.commands() {
+        assert_eq!(command[..3], ["sudo", "-n", "apt-get"]);
+    }
+    let step = Step::Qemu(Rights::Root);
     assert_eq!(
         step.to_string(),
         "installing the emulator: apt-get update && apt-get -o DPkg::Lock::Timeout=300 install -y \

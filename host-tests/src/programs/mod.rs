@@ -11,7 +11,7 @@ mod program;
 pub mod settings_pages;
 
 pub use guard_board::guard_board;
-pub use motor_board::{MotorBoard, defective_axle, motor_board};
+pub use motor_board::{MotorBoard, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
 pub use tautrack_setup as setup;
 pub use tautrack_setup::build::{BuildError, changes_a_build};

@@ -21,30 +21,18 @@ pub struct MotorBoard {
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
 pub fn motor_board() -> Result<MotorBoard, BuildError> {
-    let folder = folder_of(&recipe("esc1"), &["loader", "axle", "screw"])?;
+    let recipe = Recipe {
+        board: "esc1",
+        target: TARGET,
+        features: "esc1",
+        profile: "board",
+        flashed_with_log: Some(FLASHED_LOG),
+        small_library: true,
+    };
+    let folder = folder_of(&recipe, &["loader", "axle", "screw"])?;
     Ok(MotorBoard {
         loader: identify(folder.join("loader"))?,
         axle: identify(folder.join("axle"))?,
         screw: identify(folder.join("screw"))?,
     })
-}
-
-/// Builds the axle that has a defect on purpose, which its static variable `DEFECT` selects.
-///
-/// # Errors
-/// The same as [`motor_board`].
-pub fn defective_axle() -> Result<Program, BuildError> {
-    let folder = folder_of(&recipe("defects"), &["defective_axle"])?;
-    identify(folder.join("defective_axle"))
-}
-
-fn recipe(features: &str) -> Recipe<'_> {
-    Recipe {
-        board: "esc1",
-        target: TARGET,
-        features,
-        profile: "board",
-        flashed_with_log: Some(FLASHED_LOG),
-        small_library: true,
-    }
 }

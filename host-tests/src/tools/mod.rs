@@ -13,4 +13,3 @@ pub(crate) mod robot;
 mod settings;
 pub mod suite;
 pub mod tool;
-mod weigh;

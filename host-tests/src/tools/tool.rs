@@ -1,7 +1,6 @@
-//! `cargo tool`: [`settings`](super::settings) of the nodes on a bus, and
-//! [`weigh`](super::weigh), which finds the robot's masses.
+//! `cargo tool`: [`settings`](super::settings) of the nodes on a bus.
 
-use super::{settings, weigh};
+use super::settings;
 use clap::{Parser, Subcommand};
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -19,8 +18,6 @@ enum Tool {
     /// Reads and writes the settings of the nodes
     #[command(subcommand)]
     Settings(settings::Command),
-    /// Finds B2P2's masses and centres of mass from the readings of scales under its axles
-    Weigh(weigh::Arguments),
 }
 
 /// Runs the command. Its exit status is 0 if everything was done, else 1; 2 for bad arguments.
@@ -28,11 +25,8 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     let name = std::iter::once(OsString::from("cargo tool"));
     let arguments =
         Arguments::try_parse_from(name.chain(arguments)).unwrap_or_else(|error| error.exit());
-    let result = match arguments.tool {
-        Tool::Settings(command) => settings::run(command).map_err(|error| error.to_string()),
-        Tool::Weigh(arguments) => weigh::run(&arguments).map_err(|error| error.to_string()),
-    };
-    match result {
+    let Tool::Settings(command) = arguments.tool;
+    match settings::run(command) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error}");

@@ -4,7 +4,7 @@
 //! `cargo flash-node axle --robot b2p2 --node-id 2`. Without such a board it is skipped, and says
 //! so on the terminal.
 
-use crate::chip::{BDTR, Chip, FDCAN, FLASH_CONTROL, GPIO, IWDG, PWR, Patch, RCC, TIM1};
+use crate::chip::{BDTR, Chip, Defect, FDCAN, FLASH_CONTROL, GPIO, IWDG, PWR, RCC, TIM1};
 use crate::executed::{DEFECT, running_axle};
 use crate::images::APPLICATION;
 use std::io::{Write, stderr};
@@ -86,7 +86,7 @@ fn a_board_that_differs_from_the_model_is_noticed() {
     assert_eq!(parse("00008003 \n"), Some(0x8003));
     let same = running_axle();
     assert_eq!(differences(&model, |it| same.register(it)), [""; 0]);
-    DEFECT.set(Some(Patch {
+    DEFECT.set(Some(Defect::Register {
         address: BDTR,
         mask: 0xff,
         value: 0,

@@ -1,102 +1,147 @@
-//! Images that write another value to one register: the model changes the writes. A test must find
-//! every one of them.
+//! Images with one defect each, which the model of the chip gives them. A test must find every one
+//! of them.
 
-use crate::chip::{BDTR, FDCAN, GPIO, IWDG, MOE, PWR, Patch, RCC, TIM1, TIMINGR};
+use crate::chip::{BDTR, CONTROL, Defect, FDCAN, GPIO, IWDG, MOE, PWR, RCC, TIM1, TIMINGR};
 use crate::stamp;
-use crate::{executed as test, guard, sensors};
+use crate::{bus_errors, executed as test, gates, guard, masked, sensors};
 use std::panic::catch_unwind;
 
-/// What is wrong, the patch, and the test that finds it.
-const DEFECTS: [(&str, Patch, fn()); 17] = [
+/// What is wrong, the defect, and the test that finds it.
+const DEFECTS: [(&str, Defect, fn()); 26] = [
     (
         "no boost",
-        patch(PWR + 0x80, 1 << 8, 1 << 8),
+        register(PWR + 0x80, 1 << 8, 1 << 8),
         test::the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states,
     ),
     (
         "160 MHz",
-        patch(RCC + 0x0c, 0x7f << 8, 80 << 8),
+        register(RCC + 0x0c, 0x7f << 8, 80 << 8),
         test::the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states,
     ),
     (
         "no dead time",
-        patch(BDTR, 0xff, 0),
+        register(BDTR, 0xff, 0),
         test::the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break,
     ),
     (
         "dead time is not locked",
-        patch(BDTR, 3 << 8, 0),
+        register(BDTR, 3 << 8, 0),
         test::the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break,
     ),
     (
         "20 005 Hz",
-        patch(TIM1 + 0x2c, 0xffff, 4249),
+        register(TIM1 + 0x2c, 0xffff, 4249),
         test::the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break,
     ),
     (
         "the bridge is live at once",
-        patch(BDTR, MOE, MOE),
+        register(BDTR, MOE, MOE),
         test::every_gate_is_off_until_the_drive_is_armed,
     ),
     (
         "the bridge stays live in a panic",
-        patch(BDTR, MOE, MOE),
+        register(BDTR, MOE, MOE),
         test::a_panic_opens_the_bridge_and_the_watchdog_resets_the_chip,
     ),
     (
+        "the bridge stays live after a panic",
+        register(BDTR, MOE, MOE),
+        gates::after_a_panic_the_gates_stay_off_and_the_watchdog_is_named,
+    ),
+    (
+        "the bridge stays live after a hard fault",
+        register(BDTR, MOE, MOE),
+        gates::after_a_hard_fault_the_gates_stay_off_and_the_watchdog_is_named,
+    ),
+    (
         "break input is disabled",
-        patch(BDTR, 1 << 12, 0),
+        register(BDTR, 1 << 12, 0),
         test::a_break_opens_the_bridge_until_the_drive_is_disabled,
     ),
     (
         "comparators are not connected",
-        patch(TIM1 + 0x60, 0x1e, 0),
+        register(TIM1 + 0x60, 0x1e, 0),
         test::a_break_opens_the_bridge_until_the_drive_is_disabled,
     ),
     (
+        "safe torque off opens the bridge when it is closed",
+        register(TIM1 + 0x60, 1 << 9, 0),
+        test::the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break,
+    ),
+    (
+        "safe torque off has another function of its pin",
+        register(GPIO + 0x24, 0xf << 28, 8 << 28),
+        test::every_pin_has_the_function_of_the_page,
+    ),
+    (
+        "the current interrupt is the least urgent one",
+        register(0xe000_e410, 0xff << 16, 3 << 20),
+        test::the_current_interrupt_is_the_most_urgent_one,
+    ),
+    (
+        "the control task masks all interrupts while it runs",
+        Defect::MaskedIn(CONTROL),
+        masked::interrupts_are_masked_for_at_most_5_us,
+    ),
+    (
+        "the task of the LED alone feeds the watchdog",
+        Defect::FedWith(GPIO + 0x818),
+        gates::a_current_interrupt_that_stops_is_a_reset,
+    ),
+    (
         "the watchdog waits 500 ms",
-        patch(IWDG + 8, 0xfff, 3999),
+        register(IWDG + 8, 0xfff, 3999),
         test::a_bus_task_that_hangs_is_reset_within_the_period_of_the_watchdog,
     ),
     (
         "500 kbit/s",
-        patch(FDCAN + 0x1c, 0x1ff << 16, 1 << 16),
+        register(FDCAN + 0x1c, 0x1ff << 16, 1 << 16),
         test::a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent,
     ),
     (
+        "the controller stays off after a bus-off",
+        register(FDCAN + 0x54, 1 << 19, 0),
+        bus_errors::a_node_recovers_from_bus_off_by_itself,
+    ),
+    (
+        "frames wait for the bus as long as it is gone",
+        register(FDCAN + 0xd0, 7, 0),
+        bus_errors::frames_that_waited_for_the_bus_for_long_are_not_sent,
+    ),
+    (
         "low side a is not connected",
-        patch(GPIO + 0x824, 0xf << 20, 0),
+        register(GPIO + 0x824, 0xf << 20, 0),
         test::every_pin_has_the_function_of_the_page,
     ),
     (
         "no boost in the guard's board",
-        patch(PWR + 0x80, 1 << 8, 1 << 8),
+        register(PWR + 0x80, 1 << 8, 1 << 8),
         guard::the_core_runs_at_170_mhz_from_the_crystal_of_24_mhz_with_boost,
     ),
     (
         "the watchdog of the guard waits 500 ms",
-        patch(IWDG + 8, 0xfff, 3999),
+        register(IWDG + 8, 0xfff, 3999),
         guard::a_guard_without_its_bus_task_or_its_control_task_is_reset,
     ),
     (
         "a bit of the guard has other clocks",
-        patch(FDCAN + 0x1c, 0x7f, 0),
+        register(FDCAN + 0x1c, 0x7f, 0),
         guard::a_bit_on_the_bus_has_170_clocks_and_is_sampled_at_80_percent,
     ),
     (
         "the I2C bus of the guard has 1 Mbit/s",
-        patch(TIMINGR, 0xf << 28, 1 << 28),
+        register(TIMINGR, 0xf << 28, 1 << 28),
         sensors::the_bit_timing_is_that_of_the_fast_mode,
     ),
     (
         "the data line of the I2C bus is not connected",
-        patch(GPIO + 0x824, 0xf << 4, 0),
+        register(GPIO + 0x824, 0xf << 4, 0),
         sensors::a_wrong_identity_at_the_start_is_named_within_100_ms_of_power_up,
     ),
 ];
 
-const fn patch(address: u32, mask: u32, value: u32) -> Patch {
-    Patch {
+const fn register(address: u32, mask: u32, value: u32) -> Defect {
+    Defect::Register {
         address,
         mask,
         value,
@@ -109,8 +154,8 @@ fn every_defect_is_found() {
         return;
     };
     let mut missed = Vec::new();
-    for (what, patch, test) in DEFECTS {
-        test::DEFECT.set(Some(patch));
+    for (what, defect, test) in DEFECTS {
+        test::DEFECT.set(Some(defect));
         if catch_unwind(test).is_ok() {
             missed.push(what);
         }

@@ -4,13 +4,10 @@
 pub use crate::checks::frame;
 use crate::checks::{self, field};
 use crate::chip::{
-    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Executed, FDCAN1_IT0, MOE, Patch, TIM1, TIM2_IRQ,
+    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Defect, Executed, FDCAN1_IT0, MOE, TIM1, TIM2_IRQ,
 };
-use crate::defective::{self, Defect};
 use crate::images::programs;
 use crate::stamp;
-use object::read::elf::ElfFile32;
-use object::{Endianness, Object, ObjectSymbol};
 use std::cell::Cell;
 use std::fs;
 use tautrack::settings::Setting;
@@ -35,18 +32,7 @@ const MAX_CURRENT_INTERRUPT: u32 = 480;
 
 thread_local! {
     /// Defect of the images that this thread's tests execute.
-    pub static DEFECT: Cell<Option<Patch>> = const { Cell::new(None) };
-    /// Defect that the axle's program has itself.
-    pub static BUILT_IN: Cell<Option<Defect>> = const { Cell::new(None) };
-}
-
-/// The axle's program.
-pub fn axle_program() -> &'static Program {
-    if BUILT_IN.get().is_some() {
-        defective::program()
-    } else {
-        &programs().axle
-    }
+    pub static DEFECT: Cell<Option<Defect>> = const { Cell::new(None) };
 }
 
 /// Chip that runs an application as node [`NODE`] of B2P2, without the loader.
@@ -74,11 +60,7 @@ pub fn with_pages(program: &Program, pages: &[u8]) -> Chip {
 }
 
 pub fn axle() -> Chip {
-    let mut chip = application(axle_program(), Role::Axle);
-    if let Some(defect) = BUILT_IN.get() {
-        chip.patch(symbol("DEFECT"), &[defect as u8]);
-    }
-    chip
+    application(&programs().axle, Role::Axle)
 }
 
 /// An axle that has run for 20 ms.
@@ -136,21 +118,11 @@ fn arm(chip: &mut Chip) {
     );
 }
 
-/// Address of a function or variable of the axle's image.
-pub fn symbol(part: &str) -> u32 {
-    let elf = fs::read(&axle_program().path).expect("a program");
-    let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
-    file.symbols()
-        .find(|symbol| symbol.name().is_ok_and(|name| name.contains(part)))
-        .unwrap_or_else(|| panic!("no symbol with {part}"))
-        .address() as u32
-}
-
 /// Address of an instruction with which the axle's program panics.
 pub fn panic_instruction() -> u32 {
     /// The instruction UDF as the compiler writes it.
     const UNDEFINED: [u8; 2] = 0xdefe_u16.to_le_bytes();
-    let elf = fs::read(&axle_program().path).expect("a program");
+    let elf = fs::read(&programs().axle.path).expect("a program");
     let segments = flash::segments(&elf).expect("an image");
     let place = |part: &flash::Segment| {
         let mut instructions = part.bytes.chunks_exact(2);

@@ -1,7 +1,8 @@
 //! The gates are off after every kind of failure, and the node reports the cause of its reset.
 
 use crate::chip::Chip;
-use crate::executed::{armed_axle, axle_program, panic_instruction, write};
+use crate::executed::{armed_axle, panic_instruction, write};
+use crate::images::programs;
 use defmt_decoder::Table;
 use object::read::elf::ElfFile32;
 use object::{Endianness, Object, ObjectSymbol};
@@ -10,7 +11,7 @@ use tautrack_host_tests::programs::Program;
 
 /// Lines that the axle has written to its log since the chip has this RAM.
 fn log(chip: &Chip) -> Vec<String> {
-    log_of(axle_program(), chip)
+    log_of(&programs().axle, chip)
 }
 
 /// The same of any program.

@@ -1,7 +1,8 @@
 //! A three-phase motor at the motor board: its incremental encoder is aligned, and the index
 //! confirms the angle.
 
-use crate::executed::{NODE, axle_program, read, with_pages, write};
+use crate::executed::{NODE, read, with_pages, write};
+use crate::images::programs;
 use crate::stamp;
 use tautrack::link::{MotorModel, Sensors};
 use tautrack::settings::Setting;
@@ -20,7 +21,7 @@ pub fn with_three_phase_motor(more: &[(Setting, i32)]) -> Chip {
     settings.push((Setting::NodeId, NODE.into()));
     settings.extend_from_slice(more);
     let pages = Pages::of(&settings).expect("settings of a node");
-    let mut chip = with_pages(axle_program(), &pages.0);
+    let mut chip = with_pages(&programs().axle, &pages.0);
     chip.attach_motor(motor, 5).expect("a good model");
     chip.set_sensors(&Sensors {
         supply_voltage: 24.0,

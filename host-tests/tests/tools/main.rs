@@ -9,7 +9,6 @@ mod docs;
 mod eds;
 mod evaluate;
 mod layers;
-mod licences;
 #[path = "../support/python.rs"]
 mod python;
 mod reference;

@@ -8,7 +8,6 @@
 //! currents are sampled at the overflow, when all low sides conduct.
 
 use crate::boards::stm32g4::clock::CORE_HZ;
-use crate::boards::stm32g4::defect::{Defect, has};
 use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::gpio::{Flex, OutputType, Pull};
 use embassy_stm32::pac::timer::vals;
@@ -80,11 +79,11 @@ pub fn start(pins: Pins) {
         CountingMode::CenterAlignedBothInterrupts,
     ));
     // The library's constructor sets MOE. No channel is enabled yet.
-    pwm.set_master_output_enable(has(Defect::LiveAtStart));
+    pwm.set_master_output_enable(false);
     SAFE_TORQUE_OFF
         .init(Flex::new(pins.safe_torque_off))
         .set_as_af_unchecked(
-            BREAK_FUNCTION - u8::from(has(Defect::WrongFunction)),
+            BREAK_FUNCTION,
             embassy_stm32::gpio::AfType::input(Pull::Down),
         );
 
@@ -96,21 +95,13 @@ pub fn start(pins: Pins) {
     timer.af1().modify(|w| {
         w.set_bkine(true);
         // The pin opens the bridge when it is low.
-        w.set_bkinp(if has(Defect::InvertedBreak) {
-            vals::Bkinp::NOT_INVERTED
-        } else {
-            vals::Bkinp::INVERTED
-        });
+        w.set_bkinp(vals::Bkinp::INVERTED);
         for comparator in super::over_current::COMPARATORS {
             w.set_bkcmpe(comparator - 1, true);
         }
     });
     timer.bdtr().modify(|w| {
-        w.set_dtg(if has(Defect::NoDeadTime) {
-            0
-        } else {
-            dead_time(pins.dead_time_ns)
-        });
+        w.set_dtg(dead_time(pins.dead_time_ns));
         w.set_bkp(0, vals::Bkp::ACTIVE_HIGH);
         w.set_bkf(0, vals::FilterValue::FCK_INT_N8);
         w.set_bke(0, true);
@@ -120,9 +111,7 @@ pub fn start(pins: Pins) {
     // (RM0440, 29.3.3).
     timer.cr1().modify(|w| w.set_cen(false));
     timer.cnt().write(|w| w.set_cnt(0));
-    timer
-        .arr()
-        .write(|w| w.set_arr(PERIOD - u16::from(has(Defect::OtherPeriod))));
+    timer.arr().write(|w| w.set_arr(PERIOD));
     pwm.set_repetition_counter(1);
     timer.ccr(3).write(|w| w.set_ccr(SAMPLE_AT));
     pwm.set_mms2(Mms2::COMPARE_OC4);

@@ -26,7 +26,6 @@ mod switches;
 mod thermistor;
 mod transceiver;
 
-use super::stm32g4::defect::{Defect, has};
 use super::stm32g4::{can, clock, led, reset, storage};
 use crate::boards::Board;
 use crate::refusal::refuse;
@@ -106,9 +105,6 @@ fn start(role: &'static Role, bus: Spawner) {
         supply: p.PA0,
         temperature: p.PB14,
     });
-    if has(Defect::LowPriority) {
-        interrupt::ADC1_2.set_priority(Priority::P3);
-    }
     transceiver::start(p.PC11, p.PC14);
     let can = can::start(p.FDCAN1, p.PA11, p.PB9);
 
@@ -174,9 +170,6 @@ impl Board for Esc1 {
     }
 
     fn encoder() -> i32 {
-        if has(Defect::MaskedLong) {
-            cortex_m::interrupt::free(|_| cortex_m::asm::delay(clock::CORE_HZ / 50_000));
-        }
         encoder::count()
     }
 

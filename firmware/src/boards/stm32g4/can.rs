@@ -3,7 +3,6 @@
 //! long are dropped ([`MAX_WAIT`]).
 
 use super::clock::CORE_HZ;
-use super::defect::{Defect, has};
 use crate::boards::portable;
 use crate::bus::{RECEIVED, TRANSMIT};
 use core::num::{NonZeroU8, NonZeroU16};
@@ -53,7 +52,7 @@ pub fn start(
 ) -> Bus {
     let mut configurator = CanConfigurator::new(controller, receive, transmit, Interrupts);
     let timing = NominalBitTiming {
-        prescaler: NonZeroU16::MIN.saturating_add(u16::from(has(Defect::SlowBus))),
+        prescaler: NonZeroU16::MIN,
         seg1: non_zero(BEFORE_SAMPLE),
         seg2: non_zero(AFTER_SAMPLE),
         sync_jump_width: non_zero(AFTER_SAMPLE),
@@ -62,7 +61,7 @@ pub fn start(
         configurator
             .config()
             .set_nominal_bit_timing(timing)
-            .set_automatic_bus_off_recovery(!has(Defect::NoRecovery)),
+            .set_automatic_bus_off_recovery(true),
     );
     let (transmitter, receiver, _) = configurator.into_normal_mode().split();
     Bus {
@@ -126,7 +125,7 @@ async fn transmit(mut transmitter: CanTx<'static>) -> ! {
                 write(&mut transmitter, frame).await;
             }
         };
-        if with_timeout(MAX_WAIT, next).await.is_err() && !has(Defect::OldFrames) {
+        if with_timeout(MAX_WAIT, next).await.is_err() {
             pac::FDCAN1.txbcr().write(|w| {
                 (0..BUFFERS).for_each(|buffer| w.set_cr(buffer, true));
             });

@@ -1,6 +1,5 @@
 //! Clocks: 170 MHz from the crystal, with the core's boost mode.
 
-use super::defect::{Defect, has};
 use crate::boards::Selected;
 use embassy_stm32::rcc::{Hse, HseMode, Pll, PllMul, PllRDiv, PllSource, Sysclk, mux};
 use embassy_stm32::time::Hertz;
@@ -19,9 +18,7 @@ const R1MODE: u32 = 1 << 8;
 pub fn start() -> Peripherals {
     // Above 150 MHz the core needs boost mode.
     pac::RCC.apb1enr1().modify(|w| w.set_pwren(true));
-    if !has(Defect::NoBoost) {
-        pac::PWR.cr5().modify(|w| w.0 &= !R1MODE);
-    }
+    pac::PWR.cr5().modify(|w| w.0 &= !R1MODE);
 
     let mut config = Config::default();
     config.rcc.hsi = false;

@@ -8,7 +8,6 @@
 //! * `led`: what the LED shows
 //! * `critical_section`, `square_root`: functions of libraries, smaller than theirs
 //! * `copy`: a function of the library, faster than its own
-//! * `defect`: defects of a program that tests the tests
 //!
 //! The selected board has two more functions for them: `make_safe` switches off what moves, and
 //! `stopped` says whether an input of the board prevents motion. Its crystal is in constants.
@@ -17,7 +16,6 @@ pub(super) mod can;
 pub(super) mod clock;
 mod copy;
 mod critical_section;
-pub(super) mod defect;
 #[cfg(feature = "g474")]
 pub(super) mod i2c;
 pub(super) mod led;

@@ -1,7 +1,6 @@
 //! Watchdog, cause of the last reset, and what happens after a panic or a fault of the core: the
 //! board switches off what moves, and the watchdog resets the chip.
 
-use super::defect::{Defect, has};
 use crate::boards::Selected;
 use crate::watchdog::PERIOD_US;
 use core::panic::PanicInfo;
@@ -17,13 +16,7 @@ pub fn start_watchdog() {
     let watchdog = pac::IWDG;
     watchdog.kr().write(|w| w.set_key(Key::START));
     watchdog.kr().write(|w| w.set_key(Key::ENABLE));
-    watchdog.pr().write(|w| {
-        w.set_pr(if has(Defect::SlowWatchdog) {
-            Pr::DIVIDE_BY64
-        } else {
-            Pr::DIVIDE_BY4
-        });
-    });
+    watchdog.pr().write(|w| w.set_pr(Pr::DIVIDE_BY4));
     watchdog
         .rlr()
         .write(|w| w.set_rl((PERIOD_US * WATCHDOG_HZ / 1_000_000 - 1) as u16));
@@ -85,9 +78,7 @@ unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
 /// Switches off what moves, and stops the interrupts from switching it on again.
 fn stop() {
     cortex_m::interrupt::disable();
-    if !has(Defect::LiveInFault) {
-        Selected::make_safe();
-    }
+    Selected::make_safe();
 }
 
 /// Switches off what moves, and resets the chip.

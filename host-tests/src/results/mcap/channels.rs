@@ -8,7 +8,7 @@ use crate::robots::NodeName;
 use crate::simulator::record::{DriveState, Event, Level, Received, Sample};
 use crate::world::truth::Truth;
 use serde_json::{Value, json};
-use std::io::Write;
+use std::io::{self, Write};
 
 /// Numbers of the channels in the file.
 pub(super) struct Channels {
@@ -22,7 +22,9 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    pub fn new<W: Write>(log: &mut Container<W>, nodes: &[NodeName]) -> Self {
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn new<W: Write>(log: &mut Container<W>, nodes: &[NodeName]) -> io::Result<Self> {
         let mut channel = |topic: &str, name: &str, full: &Value, default: &Value| {
             log.channel(topic, name, &schema(full, default).to_string())
         };
@@ -39,25 +41,25 @@ impl Channels {
         };
         let drives = drives(nodes, &sample);
         let (scene, tf) = (scene::example(), scene::transforms_example());
-        Self {
+        Ok(Self {
             truth: channel(
                 "/truth",
                 "tautrack.Truth",
                 &json!(full_truth()),
                 &json!(Truth::default()),
-            ),
+            )?,
             bus: channel(
                 "/bus",
                 "tautrack.Received",
                 &json!(full_received()),
                 &json!(Received::default()),
-            ),
-            drives: channel("/drives", "tautrack.Drives", &drives, &drives),
-            can: channel("/can", "tautrack.CanFrame", &frame, &frame),
-            events: channel("/events", "foxglove.Log", &event, &event),
-            scene: channel("/scene", "foxglove.SceneUpdate", &scene, &scene),
-            tf: channel("/tf", "foxglove.FrameTransforms", &tf, &tf),
-        }
+            )?,
+            drives: channel("/drives", "tautrack.Drives", &drives, &drives)?,
+            can: channel("/can", "tautrack.CanFrame", &frame, &frame)?,
+            events: channel("/events", "foxglove.Log", &event, &event)?,
+            scene: channel("/scene", "foxglove.SceneUpdate", &scene, &scene)?,
+            tf: channel("/tf", "foxglove.FrameTransforms", &tf, &tf)?,
+        })
     }
 }
 

@@ -52,11 +52,11 @@ impl<W: Write> Recording<W> {
     /// When `out` cannot be written.
     pub fn new(scenario: &Scenario, out: W) -> io::Result<Self> {
         let mut log = Container::new(out)?;
-        log.metadata("scenario", &metadata(scenario)?)?;
+        log.metadata("scenario", metadata(scenario)?)?;
         let nodes: Vec<_> = scenario.nodes().iter().map(|node| node.name).collect();
         let plant = scenario.plant();
         Ok(Self {
-            channels: Channels::new(&mut log, &nodes),
+            channels: Channels::new(&mut log, &nodes)?,
             log,
             senders: senders(&nodes),
             nodes,

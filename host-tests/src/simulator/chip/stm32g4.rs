@@ -7,7 +7,9 @@
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.
 //! `fdcan` is the CAN controller, `serial` a serial line, `i2c` an I2C bus with the sensor modules
 //! on it, `dma` moves its bytes. `observe` shows what tests measure, and provokes what they need.
+//! `defect` gives the image a defect.
 
+mod defect;
 mod dma;
 mod fdcan;
 mod flash_memory;
@@ -17,6 +19,7 @@ mod part;
 mod reset_values;
 mod serial;
 
+pub use defect::Defect;
 pub use dma::{DMA1, DMA1_CHANNELS, DMAMUX1};
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
 pub use flash_memory::{Cut, FlashMemory, Tear};
@@ -135,7 +138,7 @@ struct State {
     tim2_start: u64,
     advanced: u64,
     resets: u32,
-    patch: Option<Patch>,
+    defect: Option<Defect>,
     /// Register writes are not kept.
     forgets_writes: bool,
     motor: Option<AttachedMotor>,
@@ -147,17 +150,6 @@ struct State {
     moved: dma::Moved,
     /// Flash memory and RAM, as the DMA sees them.
     memories: Option<[Arc<RamStore>; 2]>,
-}
-
-/// Change of all writes to one register: it makes the image one that has a defect.
-#[derive(Clone, Copy, Debug)]
-pub struct Patch {
-    /// Address of the register.
-    pub address: u32,
-    /// Bits of the register that get the bits of `value`.
-    pub mask: u32,
-    /// Their new values.
-    pub value: u32,
 }
 
 impl State {
@@ -243,10 +235,7 @@ impl State {
 
     fn write(&mut self, address: u32, value: u32) {
         let clock = self.clock;
-        let value = match self.patch {
-            Some(patch) if patch.address == address => value & !patch.mask | patch.value,
-            _ => value,
-        };
+        let value = self.write_of_defect(address, value);
         if !self.forgets_writes {
             self.writes.push(Write {
                 clock,
@@ -587,6 +576,7 @@ pub struct Chip {
     /// Number of instructions that the core has executed.
     pub instructions: u64,
     watcher: Option<observe::Watcher>,
+    defect: Option<Defect>,
     /// Largest number of instructions of one current interrupt so far.
     pub current_interrupt: u32,
 }
@@ -677,6 +667,7 @@ impl Chip {
             next: 0,
             instructions: 0,
             watcher: None,
+            defect: None,
             current_interrupt: 0,
         }
     }
@@ -730,6 +721,7 @@ impl Chip {
             }
             clock += self.cpu.step();
             self.instructions += 1;
+            self.apply_defect();
             self.observe(clock);
             if observed && self.cpu.current_exception() == Exception(16 + ADC1_2) {
                 instructions += 1;
@@ -740,11 +732,6 @@ impl Chip {
             assert!(!self.cpu.is_locked_up(), "at {:#x}", self.cpu.pc());
         }
         self.state().clock = clock;
-    }
-
-    /// Makes the image one that writes other values to a register.
-    pub fn set_defect(&mut self, patch: Option<Patch>) {
-        self.state().patch = patch;
     }
 
     /// Value of a register.

@@ -14,4 +14,3 @@ mod error;
 pub(super) use arguments::Command;
 pub(super) use backup::Backup;
 pub(super) use command::run;
-pub(super) use error::ToolError;

@@ -21,7 +21,7 @@ pub struct Executed {
     pub exception: u16,
     /// The main stack pointer.
     pub stack_pointer: u32,
-    /// Whether all interrupts are masked (PRIMASK).
+    /// Whether all interrupts are masked (PRIMASK or FAULTMASK).
     pub masked: bool,
 }
 
@@ -61,7 +61,7 @@ impl Chip {
                 next: registers.r[15],
                 exception: (registers.xpsr & 0x1ff) as u16,
                 stack_pointer: registers.msp,
-                masked: registers.primask,
+                masked: registers.primask || registers.faultmask,
             });
         }
     }
