@@ -1,6 +1,7 @@
 //! Contact of the belts with the ground: applies the surface speed of the belts and reads the
 //! forces of the ground.
 
+use super::belt::Belts;
 use super::robot::{MARKS, Robot};
 use crate::world::physics::DT;
 use rapier3d_f64::geometry::NEW_CONTACT_BIT;
@@ -82,6 +83,18 @@ pub struct GroundForces {
     /// Sliding speed of the belts' surface on the ground, left and right, m/s: positive if a belt
     /// spins, negative if it skids. Mean over the contacts, weighted by force.
     pub slip: [f64; 2],
+    /// Sum of the normal forces, by which the mean of the sliding speed is weighted, N.
+    weight: [f64; 2],
+}
+
+impl GroundForces {
+    fn add_slip(&mut self, side: usize, sliding: f64, force: f64) {
+        let weight = self.weight[side] + force;
+        if weight > 0.0 {
+            self.slip[side] += (sliding - self.slip[side]) * force / weight;
+        }
+        self.weight[side] = weight;
+    }
 }
 
 /// Support points: places that carried force within the last [`WINDOW`] steps.
@@ -130,6 +143,21 @@ fn friction_impulse(data: &ContactData, normal: Vector) -> Vector {
     data.warmstart_tangent_world * along + normal.cross(data.warmstart_tangent_world) * across
 }
 
+/// Adds the forces of the corners that press on the belts between the pulleys.
+pub fn add_corners(forces: &mut GroundForces, belts: &Belts, step: u64, support: &mut Support) {
+    for (side, belt) in belts.sides.iter().enumerate() {
+        forces.traction[side] += belt.load;
+        for pressed in &belt.pressed {
+            let force = pressed.force.length();
+            if force > LEAST_SUPPORT {
+                support.add(pressed.place, step + WINDOW);
+            }
+            forces.lift += pressed.force.z;
+            forces.add_slip(side, pressed.sliding, force);
+        }
+    }
+}
+
 /// Reads the ground forces from the contacts after step number `step`, and updates the support
 /// points.
 pub fn read(
@@ -140,7 +168,6 @@ pub fn read(
     support: &mut Support,
 ) -> GroundForces {
     let mut forces = GroundForces::default();
-    let mut weight = [0.0; 2];
     for pair in world.contact_pairs() {
         let Some((side, first)) = belt_of(&world.colliders, pair.collider1, pair.collider2) else {
             continue;
@@ -180,14 +207,10 @@ pub fn read(
                 // Where it touches the ground, a belt running forward moves backward.
                 forces.traction[side] -= friction.dot(direction);
                 let sliding = body.velocity_at_point(place).dot(direction) + belts.speed[side];
-                forces.slip[side] += force * sliding;
-                weight[side] += force;
+                forces.add_slip(side, sliding, force);
             }
         }
     }
     support.entries.retain(|entry| entry.until > step);
-    for (slip, weight) in forces.slip.iter_mut().zip(weight) {
-        *slip = if weight > 0.0 { *slip / weight } else { 0.0 };
-    }
     forces
 }

@@ -77,7 +77,7 @@ impl Plant for B2p2 {
                 vector.to_array().into_iter().for_each(&mut put);
             }
         }
-        for belt in &self.belts {
+        for belt in &self.sprockets {
             [belt.speed, belt.traction, belt.slip_speed]
                 .into_iter()
                 .for_each(&mut put);

@@ -2,10 +2,11 @@
 //! screw and a pair of belts.
 //!
 //! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `contact`:
-//! contact of belts and ground. `start`: puts both into the engine. `step`: the order of one step.
+//! contact of belts and ground. [`belt`]: the belts between the pulleys. `start`: puts both into the engine. `step`: the order of one step.
 //! `sensing`: the readings of the motors' sensors. `truth`: the ground truth. `interface`: the
 //! implementation of [`crate::world::Plant`].
 
+pub mod belt;
 mod contact;
 mod interface;
 pub mod parameters;
@@ -25,6 +26,7 @@ use crate::world::hand::Grip;
 use crate::world::load::Load;
 use crate::world::sensing::BodySensing;
 use crate::world::truth::Truth;
+use belt::Belts;
 use contact::{GroundForces, Support};
 use rapier3d_f64::prelude::PhysicsWorld;
 use robot::Robot;
@@ -34,7 +36,8 @@ pub struct B2p2 {
     parameters: B2p2Parameters,
     world: PhysicsWorld,
     robot: Robot,
-    belts: [Belt; 2],
+    sprockets: [Belt; 2],
+    belts: Belts,
     joint: Gear,
     screw: Gear,
     body_sensing: BodySensing,

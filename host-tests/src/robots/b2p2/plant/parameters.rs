@@ -1,5 +1,6 @@
 //! Constant model of B2P2: the values that Paillat et al. tabulate, and assumed ones.
 
+use super::belt::tension::Elasticity;
 use crate::world::gnss::ReceiverParameters;
 use crate::world::load::Load;
 use crate::world::sensing::BodySensorParameters;
@@ -72,6 +73,14 @@ pub struct B2p2Parameters {
     /// Creep coefficient, N s/m: the force along a belt under which its rubber creeps over the
     /// ground at 1 m/s.
     pub belt_creep: f64,
+    /// Whether the belts yield to the corners of the ground; otherwise they are rigid.
+    pub yielding: bool,
+    /// Force that would stretch a belt to twice its length, N.
+    pub belt_stiffness: f64,
+    /// Tension of a belt whose axles are where the law `L + (L2 + L3) = K` has them, N.
+    pub belt_tension: f64,
+    /// Distance by which the belt can rise between pulleys before it meets the guide plates, m.
+    pub guide_clearance: f64,
     /// Extension of the screw for one turn of its output shaft, m.
     pub screw_lead: f64,
     /// Stiffness, N m/rad, and damping, N m s/rad, of the chassis joint's gear.
@@ -146,6 +155,10 @@ impl B2p2Parameters {
             body_1_com_height: 0.0,
             friction: 1.0,
             belt_creep: 2.0e4,
+            yielding: std::env::var("RIGID").is_err(),
+            belt_stiffness: 1.0e5,
+            belt_tension: 50.0,
+            guide_clearance: 0.0,
             screw_lead: 0.005,
             joint_gear: [2.0e4, 20.0],
             screw_gear: [2.0e6, 5.0e3],
@@ -189,6 +202,16 @@ impl B2p2Parameters {
         let wanted =
             self.taut_length(self.initial_theta()) - self.l2 + self.initial_extension_error;
         wanted.clamp(self.screw_travel[0], self.screw_travel[1])
+    }
+
+    /// Elasticity of a belt. Its length is that of `K`, of segment 1 and of half a turn around a
+    /// pulley, less what the belt's tension stretches it.
+    pub fn belt(&self) -> Elasticity {
+        let stretched = self.k + self.l1 + core::f64::consts::PI * self.pulley_radius;
+        Elasticity {
+            stiffness: self.belt_stiffness,
+            length: stretched / (1.0 + self.belt_tension / self.belt_stiffness),
+        }
     }
 
     /// Distance from axle 1 to axle 3, m.

@@ -237,7 +237,7 @@ fn chassis_joint(p: &B2p2Parameters) -> GenericJoint {
 }
 
 /// Lateral position of a belt's middle, positive to the left, m.
-fn lateral(p: &B2p2Parameters, side: usize) -> f64 {
+pub fn lateral(p: &B2p2Parameters, side: usize) -> f64 {
     0.5 * (p.width - p.belt_width) * if side == 0 { 1.0 } else { -1.0 }
 }
 

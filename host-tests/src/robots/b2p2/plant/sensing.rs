@@ -19,7 +19,7 @@ impl B2p2 {
         };
         let (torque, switches) = match motor {
             0 | 1 => (
-                self.belts[motor].shaft_torque(p.pulley_radius),
+                self.sprockets[motor].shaft_torque(p.pulley_radius),
                 Switches::default(),
             ),
             2 => {

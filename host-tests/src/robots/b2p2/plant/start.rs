@@ -1,5 +1,6 @@
 //! Puts B2P2 and its ground into the physics engine.
 
+use super::belt::Belts;
 use super::contact::{GroundForces, Support};
 use super::robot::{self, Robot};
 use super::{B2p2, B2p2Parameters};
@@ -36,7 +37,8 @@ impl B2p2 {
                 p.initial_theta,
             ),
             screw: Gear::new(p.screw_gear, p.screw_lead, None, p.initial_extension()),
-            belts: [Belt::default(); 2],
+            sprockets: [Belt::default(); 2],
+            belts: Belts::new(terrain),
             support: Support::default(),
             ground: GroundForces::default(),
             rates: [0.0; 2],

@@ -20,7 +20,7 @@ impl B2p2 {
         let [theta, _] = self.robot.chassis_joint(&self.world);
         let [extension, _] = self.robot.extension(&self.world, &p);
         self.put_payload_on();
-        for (belt, shaft) in self.belts.iter_mut().zip([left, right]) {
+        for (belt, shaft) in self.sprockets.iter_mut().zip([left, right]) {
             belt.drive(
                 shaft,
                 p.pulley_radius,
@@ -28,8 +28,14 @@ impl B2p2 {
                 p.dead_track_friction,
             );
         }
+        // The engine knows the masses only from its second step on.
         if self.step > 0 {
-            self.robot.lay_chords(&mut self.world, &p, theta, extension);
+            if p.yielding {
+                let speeds = self.sprockets.map(|belt| belt.speed);
+                self.belts.pull(&mut self.world, &self.robot, &p, speeds);
+            } else {
+                self.robot.lay_chords(&mut self.world, &p, theta, extension);
+            }
         }
         let mut joint = self.joint.drive(joint, theta);
         // The engine counts from the middle of the travel.
@@ -40,7 +46,7 @@ impl B2p2 {
 
         let axle: Rotation = self.world.bodies[self.robot.bodies[0]].position().rotation;
         let running = RunningBelts {
-            speed: self.belts.map(|belt| belt.surface_speed(p.belt_creep)),
+            speed: self.sprockets.map(|belt| belt.surface_speed(p.belt_creep)),
             left: axle * Vector::Y,
         };
         self.world.step_with_events(&running, &());
@@ -56,7 +62,10 @@ impl B2p2 {
             self.step,
             &mut self.support,
         );
-        for (side, belt) in self.belts.iter_mut().enumerate() {
+        if p.yielding {
+            contact::add_corners(&mut self.ground, &self.belts, self.step, &mut self.support);
+        }
+        for (side, belt) in self.sprockets.iter_mut().enumerate() {
             belt.load(
                 self.ground.traction[side],
                 self.ground.slip[side],
