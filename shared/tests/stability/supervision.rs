@@ -7,8 +7,8 @@ use tautrack::sensing::trust::Trust;
 use tautrack::sensing::watch::{Expectations, Watch};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
+use tautrack::stability::allowed::Command;
 use tautrack::stability::bands::{Band, Bands};
-use tautrack::stability::command::Command;
 use tautrack::stability::criterion::Criterion;
 use tautrack::stability::filter::{
     Bounds, Margins, Ramp, Tracker, posture, speed_scale, within_limit,

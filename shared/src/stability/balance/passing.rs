@@ -2,7 +2,7 @@
 
 use super::Balance;
 use crate::math::{max, min, sin_cos};
-use crate::stability::command::{Ahead, Allowed, Command};
+use crate::stability::allowed::{Ahead, Allowed, Command};
 use crate::stability::filter::{Ramp, Verdict};
 use crate::stability::limits::MotionLimits;
 use crate::stability::support::{Edge, NO_EDGE};

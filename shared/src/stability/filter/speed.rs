@@ -3,7 +3,7 @@
 use super::bounds::{Bounds, Ramp, scale};
 use super::{Margins, Verdict};
 use crate::math::min;
-use crate::stability::command::Command;
+use crate::stability::allowed::Command;
 use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
