@@ -40,9 +40,9 @@ impl Criterion {
         speed: f32,
         parameters: &Parameters,
     ) -> Evaluation {
-        let widening = parameters.uncertainty.widening();
+        let deduction = parameters.uncertainty.deduction();
         let tilt = [force[0] / force[2], force[1] / force[2]];
-        let uncertain = widening * (tilt[0].abs() + tilt[1].abs());
+        let uncertain = deduction * (tilt[0].abs() + tilt[1].abs());
         let missing = stance.missing();
         let mut found = Evaluation {
             gravity: [missing; 4],
@@ -55,9 +55,9 @@ impl Criterion {
             }
             let index = edge as usize;
             let weighed = weigh(ends, stance.cog, force, tilt, uncertain, parameters);
-            found.gravity[index] = weighed.gravity - widening;
+            found.gravity[index] = weighed.gravity - deduction;
             found.levers[index] = weighed.lever;
-            with_force[index] = weighed.with_force - widening;
+            with_force[index] = weighed.with_force - deduction;
             shift = max(shift, weighed.shift);
             height = if weighed.height > height {
                 weighed.height
@@ -65,7 +65,7 @@ impl Criterion {
                 height
             };
         }
-        let critical = stopping_speed(parameters.stop, root_of_sum(height) + widening);
+        let critical = stopping_speed(parameters.stop, root_of_sum(height) + deduction);
         // Hysteresis: a tenth of the speed and half of the shift. The comparisons are false for
         // NaN.
         let (speed_share, shift_share) = if self.fast { (0.9, 0.25) } else { (1.0, 0.5) };

@@ -114,9 +114,9 @@ impl Balance {
             self.tracker = Tracker::default();
         }
         self.stance = *stance;
-        let widening = self.parameters.uncertainty.widening();
+        let deduction = self.parameters.uncertainty.deduction();
         let kept = kept_shape.map_or(self.found.gravity, |stance| {
-            stance.margins().map(|margin| margin - widening)
+            stance.margins().map(|margin| margin - deduction)
         });
         self.margins = self
             .tracker
@@ -171,9 +171,9 @@ impl Balance {
         if tilt > LEVEL && !confirmed {
             return Some(Refusal::OffLevel { tilt });
         }
-        let widening = self.parameters.uncertainty.widening();
+        let deduction = self.parameters.uncertainty.deduction();
         homing
-            .map(|stance| least(stance.margins().map(|margin| margin - widening)))
+            .map(|stance| least(stance.margins().map(|margin| margin - deduction)))
             .find(|(margin, _)| !(*margin >= self.parameters.trip))
             .map(|(_, refusal)| refusal)
     }
