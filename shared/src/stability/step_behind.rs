@@ -93,18 +93,18 @@ const NARROW: f32 = 0.02;
 ///
 /// `floor` is the scale that passes however little room there is. NaN refuses.
 pub fn within((scale, verdict): (f32, Verdict), room: f32, floor: f32) -> (f32, Verdict) {
-    let left = max(room / NARROW, floor);
-    if left >= scale {
+    let remaining = max(room / NARROW, floor);
+    if remaining >= scale {
         return (scale, verdict);
     }
     // The comparison is false for NaN. Only the verdict changes at the smallest scale; a jump of
     // the scale would make the motion stop and start.
-    let verdict = if left > SMALLEST_SHARE {
+    let verdict = if remaining > SMALLEST_SHARE {
         Verdict::PostureScaled(Edge::Back)
     } else {
         Verdict::PostureRefused(Edge::Back)
     };
-    (if left > 0.0 { left } else { 0.0 }, verdict)
+    (if remaining > 0.0 { remaining } else { 0.0 }, verdict)
 }
 
 #[cfg(test)]
