@@ -84,7 +84,7 @@ fn margins_are_moments_about_the_edges_less_the_uncertainty() {
             9.0,
             &parameters(deduction),
         );
-        assert!(found.fast && found.quick);
+        assert!(found.force_counts && found.stop_would_tip);
         let [x, y, z] = wide(force);
         let uncertain = f64::from(deduction) * (1.0 + (x.abs() + y.abs()) / z);
         for edge in EDGES {
@@ -164,13 +164,13 @@ fn a_robot_is_fast_from_the_speed_of_its_stop_on_and_slow_again_a_tenth_below() 
         let stance = Stance::on(FLAT, [0.4, 0.0, height]);
         let critical = stopping_speed(parameters.stop, height + deduction);
         let mut criterion = Criterion::default();
-        let mut quick = |share: f32| {
+        let mut stop_would_tip = |share: f32| {
             let force = [0.0, 0.0, GRAVITY];
             criterion
                 .evaluate(&stance, force, share * critical, &parameters)
-                .quick
+                .stop_would_tip
         };
-        let seen = [0.99, -0.99, 1.01, 0.95, -0.91, 0.89, 0.99, -1.01].map(&mut quick);
+        let seen = [0.99, -0.99, 1.01, 0.95, -0.91, 0.89, 0.99, -1.01].map(&mut stop_would_tip);
         assert_eq!(seen, [false, false, true, true, true, false, false, true]);
     }
 }

@@ -105,7 +105,7 @@ impl Balance {
         self.found = self
             .criterion
             .evaluate(stance, force, speed, &self.parameters);
-        self.trust = sensing.compare(force, attitude, !self.found.quick, period);
+        self.trust = sensing.compare(force, attitude, !self.found.stop_would_tip, period);
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
