@@ -109,18 +109,18 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
     }
     let block = |page, name, text| Block { page, name, text };
     let blocks = [
-        block("../README.md", "run", run()?),
-        block("faults.md", "faults", tables::faults()),
-        block("settings.md", "settings", tables::settings()),
-        block("bus.md", "frames", bus::frames(&roles)?),
-        block("bus.md", "frames of the others", bus::others(&roles)?),
-        block("bus.md", "payloads", bus::payloads(&roles)),
-        block("bus.md", "verdicts", verdicts::table()),
-        block("bus.md", "objects", bus::objects(&roles)),
-        block("guarantees.md", "guarantees", promises()?),
+        block("README.md", "run", run()?),
+        block("docs/faults.md", "faults", tables::faults()),
+        block("docs/settings.md", "settings", tables::settings()),
+        block("docs/bus.md", "frames", bus::frames(&roles)?),
+        block("docs/bus.md", "frames of the others", bus::others(&roles)?),
+        block("docs/bus.md", "payloads", bus::payloads(&roles)),
+        block("docs/bus.md", "verdicts", verdicts::table()),
+        block("docs/bus.md", "objects", bus::objects(&roles)),
+        block("docs/guarantees.md", "guarantees", promises()?),
     ];
     for Block { page, name, text } in blocks {
-        let path = docs.join(page);
+        let path = root()?.join(page);
         if files.last().is_none_or(|(last, _)| *last != path) {
             let old = fs::read_to_string(&path)
                 .map_err(|error| ReferenceError::Page(path.clone(), error))?;
