@@ -35,7 +35,7 @@ pub fn faults() -> String {
 }
 
 /// Sets the names of settings in italics.
-fn in_italics(text: &str) -> String {
+pub fn in_italics(text: &str) -> String {
     let names = settings::TABLE.iter().map(|row| row.name);
     names.fold(text.to_owned(), |text, name| {
         text.replace(&format!("`{name}`"), &format!("*{name}*"))
