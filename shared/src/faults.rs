@@ -163,7 +163,7 @@ faults! {
         "The two approaches of homing found the home switch at positions farther apart than `homing_tolerance`.",
         6 "the second closing of the switch",
         "fault reset, then homing again",
-        "Check the switch for bouncing and its wiring for interference. Object 0x2002 holds the distance.";
+        "Check the switch for bouncing and its wiring for interference. Object `2002` holds the distance.";
     DuplicateId = 0x8150, "identifier sent twice", Hold,
         "The drive received a frame that only itself may send. Or the screw received the motion of the chassis joint more often than with each SYNC, or one that would move it, within a control period, 0.5 mm farther than `velocity_limit` allows.",
         1 "the frame",
@@ -185,10 +185,10 @@ faults! {
         "the operator's reset",
         "Check that drive's statusword and its log. Find out which other client writes its controlword.";
     ScaleMismatch = 0xff05, "position scale differs", Hold,
-        "The position scale of a drive (object 0x2010) differs from the scale that the guard uses, the drive has another version of the table of settings, it has no settings besides its node id, it refused values in flash, or a save of its settings was interrupted. Object 0x400A holds both codes.",
+        "The position scale of a drive (object `2010`) differs from the scale that the guard uses, the drive has another version of the table of settings, it has no settings besides its node id, it refused values in flash, or a save of its settings was interrupted. Object `400A` holds both codes.",
         53 "the start of the guard",
         "the same scale and table in both nodes, a restart of the drive, then the operator's reset",
-        "If bit 15 of the code found is set, write the settings of that drive (object 0x2020 has the first refused one) and save them. If bits 12 to 14 differ, install the same version of the program in both nodes. Else set `position_bits` of that drive to the value that the guard expects.";
+        "If bit 15 of the code found is set, write the settings of that drive (object `2020` has the first refused one) and save them. If bits 12 to 14 differ, install the same version of the program in both nodes. Else set `position_bits` of that drive to the value that the guard expects.";
     TwoOperators = 0xff10, "two operators", Hold,
         "Commands came whose sequence numbers jump forth and back, as those of two operators do.",
         1 "the second jump back within 1 s",

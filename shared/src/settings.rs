@@ -103,7 +103,8 @@ settings! {
     HoldCurrent = 0x0016, "hold_current", "mA", 0..=100_000, 6_000;
     /// Maximum speed of the output shaft.
     VelocityLimit = 0x0017, "velocity_limit", "mrad/s", 1..=2_000_000, 6_000;
-    /// Maximum acceleration of the output shaft, and the deceleration of every stop.
+    /// Maximum acceleration of the output shaft, and its deceleration but in quick stops
+    /// (`quick_stop_deceleration`).
     AccelerationLimit = 0x0018, "acceleration_limit", "mrad/s^2", 1..=100_000_000, 20_000;
     /// Gain of the position loop: velocity per position error.
     PositionGain = 0x0019, "position_gain", "1e-3/s", 0..=1_000_000, 20_000;
@@ -190,10 +191,11 @@ settings! {
     /// shaft against its friction and its load.
     AlignmentCurrent = 0x00ce, "alignment_current", "mA", 10..=100_000, 3_000;
     /// Maximum distance of the output shaft from its position at the start of an alignment. The
-    /// alignment turns the rotor by up to three quarters of an electrical turn in each direction.
+    /// alignment turns the rotor by up to 0.78 electrical turns in each direction.
     AlignmentTravel = 0x00cf, "alignment_travel", "mrad", 1..=100_000, 200;
 
-    /// Deceleration of a quick stop; 0: equal to `acceleration_limit`.
+    /// Deceleration of a quick stop, of a hold by the guard, and of a fault that holds; 0: equal to
+    /// `acceleration_limit`.
     QuickStopDeceleration = 0x00e0, "quick_stop_deceleration", "mrad/s^2", 0..=100_000_000, 0;
     /// Maximum change of the current in torque mode (start value of object 0x6087).
     TorqueModeSlope = 0x00e1, "torque_mode_slope", "A/s", 1..=1_000_000, 1_000;

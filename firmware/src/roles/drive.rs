@@ -5,7 +5,7 @@ use crate::boards::{Board, Selected};
 use crate::refusal::{Refusal, refuse};
 use crate::storage::Storage;
 use crate::watchdog::{self, Party};
-use crate::{check, current_loop, words};
+use crate::{check, current_loop, log_lines};
 use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::Condition;
@@ -117,7 +117,7 @@ impl<C: Control + Send> Node for Drive<C> {
 
     fn tick(&mut self, now_us: u64) -> bool {
         let ticked = Self::tick(self, now_us, &mut BoardMotor, &mut send);
-        words::drive(ticked);
+        log_lines::drive(ticked);
         ticked.restart
     }
 

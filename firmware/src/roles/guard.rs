@@ -6,7 +6,7 @@ use crate::boards::{Board, Selected};
 use crate::refusal::{Refusal, refuse};
 use crate::sensors::{Published, Rates};
 use crate::storage::Storage;
-use crate::{check, serial, words};
+use crate::{check, log_lines, serial};
 use core::mem::MaybeUninit;
 use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
@@ -80,7 +80,7 @@ where
             chips: SENSORS.conditions.codes(),
         };
         let found = guard::Node::tick(self, now_us, &readings, &mut send);
-        words::guard(&found);
+        log_lines::guard(&found);
         found.restart
     }
 

@@ -8,7 +8,7 @@ use tautrack::robots::rt_mover::parameters::{LENGTHS, MASSES, Masses};
 use tautrack::robots::rt_mover::support::static_margin;
 use tautrack::robots::rt_mover::walk::{Gait, Inputs, Outputs, Pace};
 use tautrack::robots::rt_mover::{Law, Parameters, Wheel};
-use tautrack::stability::command::Command;
+use tautrack::stability::allowed::Command;
 use tautrack_host_tests::robots::rt_mover::plant::{MOTORS, RtMover, RtMoverParameters};
 use tautrack_host_tests::world::Plant;
 use tautrack_host_tests::world::ground::Ground;

@@ -54,14 +54,15 @@ fn every_setting_and_every_fault_has_its_row() {
         let key = format!("| `{:#06x}` | `{}` |", row.key, row.name);
         assert_eq!(page_of_settings.matches(&key).count(), 1, "{key}");
     }
-    // The page breaks its lines.
+    // The page breaks its lines, and sets settings in italics.
     let words: Vec<String> = page("docs/faults.md")
         .split_whitespace()
         .map(str::to_owned)
         .collect();
-    let page_of_faults = words.join(" ");
+    let plain = |text: &str| text.replace(['`', '*'], "");
+    let page_of_faults = plain(&words.join(" "));
     for row in faults::TABLE {
-        assert!(page_of_faults.contains(row.remedy), "{row:?}");
+        assert!(page_of_faults.contains(&plain(row.remedy)), "{row:?}");
     }
 }
 

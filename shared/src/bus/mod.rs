@@ -9,7 +9,7 @@
 //! * [`lss`]: layer setting services, which give a new node its id
 //! * [`cia402`]: the drive state machine
 //! * [`drive_parameters`]: option codes, windows and limits of a drive
-//! * [`scale`]: units of positions and velocities
+//! * [`scale`]: converts integers on the bus to SI units, and back
 
 pub mod cia402;
 pub mod drive_parameters;

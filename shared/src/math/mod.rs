@@ -2,7 +2,7 @@
 //! `f32::min`, `max` or `clamp`.
 //!
 //! * [`trig`]: sine and cosine of binary angles, arc tangent
-//! * [`limits`]: square root, minimum, maximum, limiters
+//! * [`float`]: square root, minimum, maximum, limiters
 //! * [`cubic`]: tables of cubics in fixed point, for the sines and the screw
 //! * [`scalar`]: `f32` or `f64`, for models that have one source for both
 //! * [`vector`]: points, directions, frames and symmetric matrices of scalars
@@ -13,7 +13,7 @@
 mod crc;
 pub mod cubic;
 pub mod exponential;
-pub mod limits;
+pub mod float;
 mod radians;
 pub mod scalar;
 pub mod trig;
@@ -21,8 +21,8 @@ mod turns;
 pub mod vector;
 
 pub use crc::Crc32;
-pub(crate) use limits::root_of_sum;
-pub use limits::{Bound, clamp, limit, max, min, saturate, sqrt, to_i16, to_i32};
+pub(crate) use float::root_of_sum;
+pub use float::{Bound, clamp, limit, max, min, saturate, sqrt, to_i16, to_i32};
 pub use scalar::Scalar;
 pub use trig::{atan2, sin_cos, sin_cos_q30};
 pub use turns::Turns;

@@ -1,7 +1,7 @@
 //! The number type of the models: `f32` on the robot and `f64` on the host, with one source for
 //! both.
 
-use super::{limits, radians, trig};
+use super::{float, radians, trig};
 use core::fmt::Debug;
 use core::ops::{Add, AddAssign, Div, Mul, Neg, Sub};
 
@@ -63,7 +63,7 @@ impl Scalar for f32 {
     }
     #[inline]
     fn sqrt(self) -> Self {
-        limits::sqrt(self)
+        float::sqrt(self)
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {
@@ -93,7 +93,7 @@ impl Scalar for f64 {
     }
     #[inline]
     fn sqrt(self) -> Self {
-        limits::sqrt_f64(self)
+        float::sqrt_f64(self)
     }
     #[inline]
     fn sin_cos(self) -> (Self, Self) {

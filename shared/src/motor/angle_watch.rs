@@ -50,7 +50,7 @@ impl AngleWatch {
         self.ripple.reset();
     }
 
-    /// Returns the probe, whose current the last limiter takes into account.
+    /// Returns the probe, whose current the current limiter takes into account.
     pub fn probe(&self) -> &AngleProbe {
         &self.probe
     }

@@ -7,7 +7,7 @@
 //! * [`current`]: compare values of the half bridges from a current, in the PWM interrupt
 //! * [`calibration`]: measures the motor and its sensors on request
 //! * [`alignment`]: finds the angle of a rotor whose sensor only counts
-//! * [`limits`]: what a motor, a bridge and a supply can carry; the last limiter of the current
+//! * [`limits`]: what a motor, a bridge and a supply can carry; the current limiter
 //! * [`back_emf`]: compares the voltage of the bridge with the speed of the encoder
 //! * [`angle_watch`]: watches the rotor's angle at low speed
 //! * [`angle_probe`]: finds a wrong rotor angle with a current that makes no torque

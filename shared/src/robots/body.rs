@@ -13,7 +13,7 @@ use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
 use heapless::Vec;
 
-pub use crate::stability::command::{Ahead, Allowed, Command, Stop};
+pub use crate::stability::allowed::{Ahead, Allowed, Command, Stop};
 
 /// Maximum number of drives that one guard commands.
 pub const MAX_DRIVES: usize = 16;

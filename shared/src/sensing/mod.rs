@@ -1,4 +1,5 @@
-//! Decides which readings of the sensors are believed, and turns them to the axes of the body.
+//! Decides which readings of the body's sensors are believed, and turns them to the axes of the
+//! body. The readings of a drive are watched in [`crate::node::axle`].
 //!
 //! [`Sensing`] owns all of it. [`mounting`]: axes and constant errors of the sensor board.
 //! [`watch`]: whether the sensors on the body are believed, with [`sensor_watch`] (age and rate of

@@ -14,7 +14,7 @@ pub enum Band {
     Free = 0,
     /// Below the caution margin: commands are scaled.
     Caution = 1,
-    /// Below the stop margin, or no margin is known (also before the first one): only motion away
+    /// Below the stop margin, or a margin is unknown (also before the first one): only motion away
     /// from the edge passes.
     #[default]
     Limit = 2,

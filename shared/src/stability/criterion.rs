@@ -40,9 +40,9 @@ impl Criterion {
         speed: f32,
         parameters: &Parameters,
     ) -> Evaluation {
-        let widening = parameters.uncertainty.widening();
+        let deduction = parameters.uncertainty.deduction();
         let tilt = [force[0] / force[2], force[1] / force[2]];
-        let uncertain = widening * (tilt[0].abs() + tilt[1].abs());
+        let uncertain = deduction * (tilt[0].abs() + tilt[1].abs());
         let missing = stance.missing();
         let mut found = Evaluation {
             gravity: [missing; 4],
@@ -55,9 +55,9 @@ impl Criterion {
             }
             let index = edge as usize;
             let weighed = weigh(ends, stance.cog, force, tilt, uncertain, parameters);
-            found.gravity[index] = weighed.gravity - widening;
+            found.gravity[index] = weighed.gravity - deduction;
             found.levers[index] = weighed.lever;
-            with_force[index] = weighed.with_force - widening;
+            with_force[index] = weighed.with_force - deduction;
             shift = max(shift, weighed.shift);
             height = if weighed.height > height {
                 weighed.height
@@ -65,14 +65,14 @@ impl Criterion {
                 height
             };
         }
-        let critical = stopping_speed(parameters.stop, root_of_sum(height) + widening);
+        let critical = stopping_speed(parameters.stop, root_of_sum(height) + deduction);
         // Hysteresis: a tenth of the speed and half of the shift. The comparisons are false for
         // NaN.
         let (speed_share, shift_share) = if self.fast { (0.9, 0.25) } else { (1.0, 0.5) };
-        found.quick = !(speed.abs() < critical * speed_share);
-        let slow = !found.quick && shift < parameters.stop * shift_share;
+        found.stop_would_tip = !(speed.abs() < critical * speed_share);
+        let slow = !found.stop_would_tip && shift < parameters.stop * shift_share;
         self.fast = !slow;
-        found.fast = self.fast;
+        found.force_counts = self.fast;
         found.margins = if slow {
             found.gravity
         } else if force[2] > 0.0 {
@@ -114,7 +114,7 @@ mod tests {
         let expected = Stance::on(SUPPORT, COG).margins();
         for speed in [0.0, 3.0] {
             let found = judged(LEVEL, speed);
-            assert_eq!(found.fast, speed > 0.0);
+            assert_eq!(found.force_counts, speed > 0.0);
             for (margin, expected) in found.gravity.iter().zip(expected) {
                 assert!((margin - expected).abs() < 1e-6, "{found:?}");
             }
@@ -129,7 +129,7 @@ mod tests {
         let force = [-2.0_f32, 0.7, 9.0];
         let found = judged(force, 0.0);
         assert!(
-            found.fast,
+            found.force_counts,
             "2 m/s^2 at 0.25 m is more than half of the stop margin"
         );
         assert!(

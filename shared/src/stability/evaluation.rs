@@ -11,7 +11,7 @@ pub struct Evaluation {
     /// Change of each margin per `g` of acceleration forward and to the left, m.
     pub levers: [[f32; 2]; 4],
     /// Whether the robot is fast, so that the measured force counts.
-    pub fast: bool,
+    pub force_counts: bool,
     /// Whether the robot is fast because of its speed: an instant stop could tip it.
-    pub quick: bool,
+    pub stop_would_tip: bool,
 }

@@ -49,7 +49,7 @@ impl MotionLimits {
     /// The margins are those of the centre of gravity, because the margins with the measured force
     /// already contain the acceleration that is to be limited.
     pub fn of(found: &Evaluation, parameters: &Parameters) -> Self {
-        let widening = parameters.uncertainty.widening();
+        let deduction = parameters.uncertainty.deduction();
         let configured = parameters.acceleration;
         let known = found.gravity.iter().all(|margin| margin.is_finite());
         let mut most = [parameters.braking, configured].map(|most| {
@@ -61,7 +61,7 @@ impl MotionLimits {
             for (most, lever) in most.iter_mut().zip(levers) {
                 // An acceleration uses up the margin of the edge that it loads, and not that of the
                 // opposite edge.
-                let cost = lever.abs() + widening;
+                let cost = lever.abs() + deduction;
                 let most = &mut most[usize::from(*lever > 0.0)];
                 let bound = if *most * cost <= room {
                     *most

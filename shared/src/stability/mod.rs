@@ -3,16 +3,16 @@
 //! [`balance`] joins the parts for one robot. [`support`]: distances of the centre of gravity to
 //! the edges of the support. `edge_margin`: the margins of one edge. [`criterion`]: which of them
 //! counts, in an [`evaluation`]. [`bands`]: the band of the narrowest margin. [`tracker`]: margins
-//! with their rates. [`command`]: what is commanded and allowed. [`filter`]: the scale of a
+//! with their rates. [`allowed`]: what is commanded and allowed. [`filter`]: the scale of a
 //! command, with its [`verdict`]. [`stopping`]: the speed limit of a posture. [`step_behind`] and
 //! [`diagonal`]: falls that no margin shows. [`limits`]: limits of accelerations and yaw.
 //! [`trip`]: the latch. [`parameters`]: the numbers of all these.
 //! For any scalar: [`zmp`], where the reaction of the ground acts, and [`tipover`], the angle
 //! between the forces and each edge.
 
+pub mod allowed;
 pub mod balance;
 pub mod bands;
-pub mod command;
 pub mod criterion;
 pub mod diagonal;
 mod edge_margin;

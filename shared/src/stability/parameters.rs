@@ -36,7 +36,7 @@ impl Uncertainty {
     /// plus the distance `dm / (m + dm) reach` by which the load can shift it, plus the
     /// distance by which an unseen rotation can.
     #[inline]
-    pub fn widening(&self) -> f32 {
+    pub fn deduction(&self) -> f32 {
         let load = self.mass / (self.robot_mass + self.mass) * self.reach;
         self.cog + load + self.attitude
     }
@@ -226,7 +226,7 @@ impl Parameters {
         if !numbers.all(f32::is_finite) {
             return Err(Refusal::NotFinite);
         }
-        let widening = self.uncertainty.widening();
+        let deduction = self.uncertainty.deduction();
         let mut bearable = f32::INFINITY;
         if stance.contacts().next().is_none() {
             return Err(Refusal::NoSupport);
@@ -249,13 +249,13 @@ impl Parameters {
             if !(outside <= TOLERANCE) {
                 return Err(Refusal::NotConvex { edge, outside });
             }
-            let margin = inside(stance.cog) - widening;
+            let margin = inside(stance.cog) - deduction;
             if !(margin >= self.stop) {
                 return Err(Refusal::CogOutside { edge, margin });
             }
             // Braking loads the edges that lie across the direction of travel.
             let across = along[1].abs() / length;
-            let height = max(stance.cog[2] - from[2], 0.0) * across + widening + 1e-6;
+            let height = max(stance.cog[2] - from[2], 0.0) * across + deduction + 1e-6;
             bearable = crate::math::min(bearable, GRAVITY * (margin - self.trip) / height);
         }
         if !(self.acceleration <= bearable) {
@@ -373,6 +373,6 @@ mod tests {
             attitude: 0.0,
         };
         let pulled = (8.0 * 0.0 + 2.0 * 0.25) / 10.0;
-        assert!((uncertainty.widening() - 0.005 - pulled).abs() < 1e-6);
+        assert!((uncertainty.deduction() - 0.005 - pulled).abs() < 1e-6);
     }
 }

@@ -50,12 +50,12 @@ impl StepBehind {
 /// `e = n (1 - cos d) + v^2 / 2 g n^2 / (n^2 + k^2)`. When the rear meets the ground, the angular
 /// momentum about the rear is preserved, and the energy
 /// `e (n h + k^2)^2 / ((n^2 + k^2) (l^2 + k^2))` is left. It must not lift the centre of gravity
-/// from `n cos d + height` to `l`. `widening` is the uncertainty of the masses, m.
-pub fn room(stance: &Stance, step: &StepBehind, widening: f32) -> f32 {
+/// from `n cos d + height` to `l`. `deduction` is the uncertainty of the masses, m.
+pub fn room(stance: &Stance, step: &StepBehind, deduction: f32) -> f32 {
     let (step, gyration) = (step.height, step.gyration);
     let [rear_x, rear_z] = stance.rear();
-    let ahead = stance.cog[0] - rear_x - widening;
-    let height = stance.cog[2] - rear_z + widening;
+    let ahead = stance.cog[0] - rear_x - deduction;
+    let height = stance.cog[2] - rear_z + deduction;
     let [cosine, sine] = stance.rising();
     // The centre of gravity is behind the rear: the robot falls without any step.
     if ahead <= 0.0 && step > 0.0 {
@@ -93,18 +93,18 @@ const NARROW: f32 = 0.02;
 ///
 /// `floor` is the scale that passes however little room there is. NaN refuses.
 pub fn within((scale, verdict): (f32, Verdict), room: f32, floor: f32) -> (f32, Verdict) {
-    let left = max(room / NARROW, floor);
-    if left >= scale {
+    let remaining = max(room / NARROW, floor);
+    if remaining >= scale {
         return (scale, verdict);
     }
     // The comparison is false for NaN. Only the verdict changes at the smallest scale; a jump of
     // the scale would make the motion stop and start.
-    let verdict = if left > SMALLEST_SHARE {
+    let verdict = if remaining > SMALLEST_SHARE {
         Verdict::PostureScaled(Edge::Back)
     } else {
         Verdict::PostureRefused(Edge::Back)
     };
-    (if left > 0.0 { left } else { 0.0 }, verdict)
+    (if remaining > 0.0 { remaining } else { 0.0 }, verdict)
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ fn stop_moment(margin: f32, height: f32) -> f32 {
 /// Largest forward or backward speed, m/s, at which an instant stop does not tip a robot over the
 /// edge ahead, on the plane that it stands on now; and that edge.
 ///
-/// `found` has the margins of the centre of gravity and the levers of `stance`; `widening` is the
+/// `found` has the margins of the centre of gravity and the levers of `stance`; `deduction` is the
 /// uncertainty of the masses, m. The plane is that of the support's sides ([`Stance::along`]). A
 /// side slope tilts the edge; the lever is then longer than the height across the edge, and the
 /// limit is lower than necessary. The limit is also lower than necessary for a centre of gravity
@@ -51,7 +51,7 @@ pub fn speed_limit(
     stance: &Stance,
     found: &Evaluation,
     forward: f32,
-    widening: f32,
+    deduction: f32,
 ) -> (f32, Edge) {
     let (edge, direction) = if forward < 0.0 {
         (Edge::Back, -1.0)
@@ -62,8 +62,8 @@ pub fn speed_limit(
     let [ahead, aside] = found.levers[edge as usize];
     let [cosine, sine] = stance.along();
     // Distance of the centre of gravity to the line through the edge along the plane.
-    let arm = direction * cosine * ahead + direction * sine * margin + widening;
-    let height = root_of_sum(ahead * ahead + aside * aside) + widening;
+    let arm = direction * cosine * ahead + direction * sine * margin + deduction;
+    let height = root_of_sum(ahead * ahead + aside * aside) + deduction;
     let limit = stop_moment(max(margin, 0.0), height) / max(arm, MIN_ARM);
     let limit = if arm <= 0.0 { f32::INFINITY } else { limit };
     // All comparisons are false for NaN.

@@ -6,8 +6,8 @@
 //! the supervised override, the operator's own command passes at crawl speed. In backing off, the
 //! robot drives back in the direction from which it came.
 
+use super::allowed::Command;
 use super::bands::Band;
-use super::command::Command;
 use super::parameters::Parameters;
 use super::support::Edge;
 use crate::math::limit;

@@ -1,4 +1,4 @@
-//! Compares the last limiter of the current with the power balance of a motor in double precision.
+//! Compares the current limiter with the power balance of a motor in double precision.
 
 use proptest::prelude::*;
 use tautrack::motor::limits::{ActiveLimit, Conditions, Limited, Limiter};

@@ -17,7 +17,7 @@ use tautrack::robots::rt_mover::wheel_mode::{Frame, wheel_mode};
 use tautrack::robots::rt_mover::{
     Axle, Law, Parameters, ParametersError, Shape, Situation, Task, Wheel, command,
 };
-use tautrack::stability::command::Command;
+use tautrack::stability::allowed::Command;
 
 const DT: f64 = 0.01;
 

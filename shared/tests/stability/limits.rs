@@ -126,7 +126,7 @@ fn the_room_of_a_fall_off_a_step_is_its_balance_of_energies() {
     for slope in [0.0, 0.3, 0.6_f64] {
         for (ahead, up) in [(0.12, 0.25), (0.2, 0.3), (0.3, 0.35), (0.1, 0.12)] {
             for step in [0.05, 0.1, 0.15] {
-                for (gyration, widening) in [(0.053, 0.0), (0.02, 0.0), (0.053, 0.015)] {
+                for (gyration, deduction) in [(0.053, 0.0), (0.02, 0.0), (0.053, 0.015)] {
                     let front = [0.6 * slope.cos(), 0.6 * slope.sin()].map(|x| x as f32);
                     // Not at the origin.
                     let (x, z) = (0.4, -0.3);
@@ -142,8 +142,8 @@ fn the_room_of_a_fall_off_a_step_is_its_balance_of_energies() {
                         height: step as f32,
                         gyration: gyration as f32,
                     };
-                    let got = f64::from(room(&stance, &behind, widening as f32));
-                    let (ahead, up) = (ahead - widening, up + widening);
+                    let got = f64::from(room(&stance, &behind, deduction as f32));
+                    let (ahead, up) = (ahead - deduction, up + deduction);
                     let case = (slope, ahead, up, step, gyration);
                     let under_nose = up - ahead * slope.tan() < 1e-3;
                     if under_nose || step * slope.cos() / ahead <= slope.sin() {

@@ -32,11 +32,11 @@ const SURE: Uncertainty = Uncertainty {
 };
 
 /// Parameters without the force-angle.
-fn parameters(widening: f32) -> Parameters {
+fn parameters(deduction: f32) -> Parameters {
     Parameters {
         stop_sine: 0.0,
         uncertainty: Uncertainty {
-            cog: widening,
+            cog: deduction,
             ..SURE
         },
         ..Parameters::new(&Settings::default())
@@ -77,19 +77,19 @@ fn margins_are_moments_about_the_edges_less_the_uncertainty() {
     let mut random = Random(3);
     for _ in 0..500 {
         let (contacts, cog, force) = drawn(&mut random);
-        let widening = 0.02;
+        let deduction = 0.02;
         let found = Criterion::default().evaluate(
             &Stance::on(contacts, cog),
             force,
             9.0,
-            &parameters(widening),
+            &parameters(deduction),
         );
-        assert!(found.fast && found.quick);
+        assert!(found.force_counts && found.stop_would_tip);
         let [x, y, z] = wide(force);
-        let uncertain = f64::from(widening) * (1.0 + (x.abs() + y.abs()) / z);
+        let uncertain = f64::from(deduction) * (1.0 + (x.abs() + y.abs()) / z);
         for edge in EDGES {
             let index = edge as usize;
-            let gravity = arm(contacts, edge, cog, [0.0, 0.0, 1.0]) - f64::from(widening);
+            let gravity = arm(contacts, edge, cog, [0.0, 0.0, 1.0]) - f64::from(deduction);
             assert!((f64::from(found.gravity[index]) - gravity).abs() < 1e-5);
             let with_force = arm(contacts, edge, cog, wide(force)) - uncertain;
             let error = f64::from(found.margins[index]) - gravity.min(with_force);
@@ -159,18 +159,18 @@ fn the_force_angle_counts_on_sloping_edges() {
 
 #[test]
 fn a_robot_is_fast_from_the_speed_of_its_stop_on_and_slow_again_a_tenth_below() {
-    for widening in [0.0, 0.03] {
-        let (parameters, height) = (parameters(widening), 0.3);
+    for deduction in [0.0, 0.03] {
+        let (parameters, height) = (parameters(deduction), 0.3);
         let stance = Stance::on(FLAT, [0.4, 0.0, height]);
-        let critical = stopping_speed(parameters.stop, height + widening);
+        let critical = stopping_speed(parameters.stop, height + deduction);
         let mut criterion = Criterion::default();
-        let mut quick = |share: f32| {
+        let mut stop_would_tip = |share: f32| {
             let force = [0.0, 0.0, GRAVITY];
             criterion
                 .evaluate(&stance, force, share * critical, &parameters)
-                .quick
+                .stop_would_tip
         };
-        let seen = [0.99, -0.99, 1.01, 0.95, -0.91, 0.89, 0.99, -1.01].map(&mut quick);
+        let seen = [0.99, -0.99, 1.01, 0.95, -0.91, 0.89, 0.99, -1.01].map(&mut stop_would_tip);
         assert_eq!(seen, [false, false, true, true, true, false, false, true]);
     }
 }
@@ -228,16 +228,16 @@ fn seen(gravity: [f32; 4], levers: [[f32; 2]; 4]) -> Evaluation {
 #[test]
 fn the_speed_limit_is_that_of_an_instant_stop_on_a_side_slope() {
     let stance = Stance::on(FLAT, [0.3, 0.0, 0.25]);
-    for (levers, widening) in [([0.2, 0.0], 0.0), ([0.2, 0.15], 0.0), ([0.2, -0.15], 0.03)] {
+    for (levers, deduction) in [([0.2, 0.0], 0.0), ([0.2, 0.15], 0.0), ([0.2, -0.15], 0.03)] {
         for (forward, edge, direction) in [(1.0, Edge::Front, 1.0), (-1.0, Edge::Back, -1.0)] {
             let mut all = [[0.0; 2]; 4];
             all[edge as usize] = [levers[0] * direction, levers[1]];
             let margin = 0.25;
             let found = seen([margin; 4], all);
-            let (limit, ahead) = speed_limit(&stance, &found, forward, widening);
+            let (limit, ahead) = speed_limit(&stance, &found, forward, deduction);
             assert_eq!(ahead, edge);
             let [x, y] = levers.map(f64::from);
-            let (height, arm) = (x.hypot(y) + f64::from(widening), x + f64::from(widening));
+            let (height, arm) = (x.hypot(y) + f64::from(deduction), x + f64::from(deduction));
             let length = f64::from(margin).hypot(height);
             let square = 2.0 * f64::from(GRAVITY) * (length - height) * length * length;
             let expected = square.sqrt() / arm;

@@ -7,8 +7,8 @@ use tautrack::sensing::trust::Trust;
 use tautrack::sensing::watch::{Expectations, Watch};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
+use tautrack::stability::allowed::Command;
 use tautrack::stability::bands::{Band, Bands};
-use tautrack::stability::command::Command;
 use tautrack::stability::criterion::Criterion;
 use tautrack::stability::filter::{
     Bounds, Margins, Ramp, Tracker, posture, speed_scale, within_limit,
@@ -198,7 +198,7 @@ proptest! {
             }
             let level = force.advance(&attitude.level_axes(), *period);
             let found = criterion.evaluate(stance, level, *forward, &parameters);
-            watch.compare(level, &attitude, !found.quick, *period);
+            watch.compare(level, &attitude, !found.stop_would_tip, *period);
             let margins = if matches!(watch.trust(), Trust::None(_)) { [f32::NAN; 4] } else { found.margins };
             let limits = MotionLimits::of(&found, &parameters);
             let (along, across) = (0.1 - 1e-6..=parameters.braking, -1e-6..=parameters.acceleration);

@@ -3,8 +3,8 @@
 use tautrack::sensing::trust::{Reason, Trust};
 use tautrack::sensors::BodySensors;
 use tautrack::settings::Settings;
+use tautrack::stability::allowed::Command;
 use tautrack::stability::bands::Band;
-use tautrack::stability::command::Command;
 use tautrack::stability::parameters::Parameters;
 use tautrack::stability::support::{EDGES, Edge};
 use tautrack::stability::trip::{Cause, Inputs, Mode, Requests, Snapshot, Trip};

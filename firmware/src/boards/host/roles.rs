@@ -5,7 +5,7 @@ use crate::boards::lockstep::{Flash, POWER_STAGE};
 use crate::refusal::{Refusal, refuse};
 use crate::sensors::Rates;
 use crate::storage::{Check, Storage};
-use crate::{check, words};
+use crate::{check, log_lines};
 use std::boxed::Box;
 use tautrack::bus::node::Table;
 use tautrack::can::Frame;
@@ -115,7 +115,7 @@ impl<C: Control> Device for Drive<C, Measurements, Storage<Flash>> {
     fn tick(&mut self, now_us: u64, board: &mut Board) -> bool {
         let Board { motor, outbox, .. } = board;
         let ticked = Self::tick(self, now_us, motor, &mut |frame| outbox.push(frame));
-        words::drive(ticked);
+        log_lines::drive(ticked);
         ticked.restart
     }
 }
@@ -141,7 +141,7 @@ impl<B: Body> Device for guard::Node<Box<Guard<B>>, Storage<Flash>> {
         };
         let send = &mut |frame| outbox.push(frame);
         let found = Self::tick(self, now_us, &readings, send);
-        words::guard(&found);
+        log_lines::guard(&found);
         found.restart
     }
 }

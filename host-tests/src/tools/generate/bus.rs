@@ -2,7 +2,7 @@
 //! with rate and load, the loads of the other robots, the payloads, and all objects.
 
 use super::dictionary::model::{Dictionary, Entry, ObjectCode, Pdo};
-use super::tables::sentence;
+use super::tables::{in_italics, sentence};
 use super::{ReferenceError, eds};
 use crate::programs::setup::checkout::root;
 use crate::robots::{Kind, NodeName, NodeSpec};
@@ -228,7 +228,7 @@ pub fn payloads(roles: &[Dictionary]) -> String {
             let _ = writeln!(
                 text,
                 "| {place} | `{object}` | {} |",
-                sentence(&mapped.meaning)
+                in_italics(&sentence(&mapped.meaning))
             );
             first += bytes;
         }
@@ -293,5 +293,5 @@ fn process_data_meaning(roles: &[Dictionary], key: u32) -> String {
     payloads
         .flat_map(|pdo| &pdo.mappings)
         .find(|mapped| mapped.value() & 0xffff_ff00 == key)
-        .map_or_else(String::new, |mapped| sentence(&mapped.meaning))
+        .map_or_else(String::new, |mapped| in_italics(&sentence(&mapped.meaning)))
 }

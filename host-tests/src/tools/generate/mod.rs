@@ -1,11 +1,11 @@
-//! `cargo generate`: makes the EDS files, the robots' URDF files and the tables inside the pages of
-//! docs/ from the sources that nodes and simulator are built from.
+//! `cargo generate`: makes the EDS files, the robots' URDF files and the tables inside the pages
+//! from the sources that nodes and simulator are built from.
 //!
 //! [`eds`] writes the object dictionary of one role as an electronic data sheet, with the objects
 //! of the settings from `setting_objects`. `urdf` writes the robots. `bus` writes the
 //! cyclic frames with their load, the payloads and the objects, `verdicts` the guard's verdicts,
-//! `tables` faults and settings, [`guarantees`] the promises with their tests. [`files`] returns
-//! all generated files.
+//! `tables` faults and settings, [`guarantees`] the promises with their tests. `run` copies the
+//! summary of a run into README.md. [`files`] returns all generated files.
 
 mod bus;
 #[path = "../../../../shared/dictionary/load.rs"]
@@ -31,7 +31,7 @@ pub enum ReferenceError {
     Dictionary(&'static str, String),
     /// A scenario of the repository is invalid.
     Scenario(ScenarioError),
-    /// A page, or the list of guarantees, cannot be read.
+    /// A page, a snapshot, or the list of guarantees cannot be read.
     Page(PathBuf, io::Error),
     /// The list of guarantees is invalid; with the message.
     Guarantees(PathBuf, String),
@@ -109,17 +109,18 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
     }
     let block = |page, name, text| Block { page, name, text };
     let blocks = [
-        block("faults.md", "faults", tables::faults()),
-        block("settings.md", "settings", tables::settings()),
-        block("bus.md", "frames", bus::frames(&roles)?),
-        block("bus.md", "frames of the others", bus::others(&roles)?),
-        block("bus.md", "payloads", bus::payloads(&roles)),
-        block("bus.md", "verdicts", verdicts::table()),
-        block("bus.md", "objects", bus::objects(&roles)),
-        block("guarantees.md", "guarantees", promises()?),
+        block("README.md", "run", run()?),
+        block("docs/faults.md", "faults", tables::faults()),
+        block("docs/settings.md", "settings", tables::settings()),
+        block("docs/bus.md", "frames", bus::frames(&roles)?),
+        block("docs/bus.md", "frames of the others", bus::others(&roles)?),
+        block("docs/bus.md", "payloads", bus::payloads(&roles)),
+        block("docs/bus.md", "verdicts", verdicts::table()),
+        block("docs/bus.md", "objects", bus::objects(&roles)),
+        block("docs/guarantees.md", "guarantees", promises()?),
     ];
     for Block { page, name, text } in blocks {
-        let path = docs.join(page);
+        let path = root()?.join(page);
         if files.last().is_none_or(|(last, _)| *last != path) {
             let old = fs::read_to_string(&path)
                 .map_err(|error| ReferenceError::Page(path.clone(), error))?;
@@ -130,6 +131,18 @@ pub fn files() -> Result<Vec<(PathBuf, String)>, ReferenceError> {
         }
     }
     Ok(files)
+}
+
+/// Returns the summary of the climb in README.md: the snapshot of the run, without lines that do
+/// not fit or that depend on the kind of nodes.
+fn run() -> Result<String, ReferenceError> {
+    let snapshot = root()?.join("host-tests/snapshots/staircase.txt");
+    let text =
+        fs::read_to_string(&snapshot).map_err(|error| ReferenceError::Page(snapshot, error))?;
+    let events = |line: &&str| line.contains("guard: ");
+    let kept = |line: &&str| line.len() <= 90 && !line.starts_with("  nodes ");
+    let lines: Vec<_> = text.lines().skip_while(events).filter(kept).collect();
+    Ok(format!("```\n{}\n```\n", lines.join("\n").trim_end()))
 }
 
 /// Returns the tables of docs/guarantees.md.

@@ -16,22 +16,30 @@ pub fn faults() -> String {
     };
     for row in faults::TABLE {
         let (code, name, does) = (row.code, row.name, reaction(row.reaction));
-        let (time, from) = (row.longest_ms, row.from);
+        let (time, from) = (row.longest_ms, in_italics(row.from));
         let _ = writeln!(
             text,
-            "| `{code:#06x}` | {name} | {does} | {time} ms | {from} |"
+            "| `0x{code:04X}` | {name} | {does} | {time} ms | {from} |"
         );
     }
     for row in faults::TABLE {
         let points = [
             format!("* Cleared by: {}.", row.clears),
-            format!("* Remedy: {}", row.remedy),
+            format!("* Remedy: {}", in_italics(row.remedy)),
         ];
         let points = points.map(|point| wrapped(&point, "  ")).join("\n");
-        let (code, name, cause) = (row.code, row.name, wrapped(row.cause, ""));
-        let _ = write!(text, "\n### {code:#06x} {name}\n\n{cause}\n\n{points}\n");
+        let (code, name, cause) = (row.code, row.name, wrapped(&in_italics(row.cause), ""));
+        let _ = write!(text, "\n### 0x{code:04X} {name}\n\n{cause}\n\n{points}\n");
     }
     text
+}
+
+/// Sets the names of settings in italics.
+pub fn in_italics(text: &str) -> String {
+    let names = settings::TABLE.iter().map(|row| row.name);
+    names.fold(text.to_owned(), |text, name| {
+        text.replace(&format!("`{name}`"), &format!("*{name}*"))
+    })
 }
 
 /// Breaks `text` into lines of at most 100 columns; those after the first begin with `indent`.

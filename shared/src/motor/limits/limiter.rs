@@ -1,4 +1,4 @@
-//! The last limiter of the demanded current. Nothing acts on a demand after it.
+//! The current limiter of the control task. docs/nodes.md lists what acts after it.
 
 use super::ActiveLimit;
 use super::heat::Heat;

@@ -1,6 +1,6 @@
 //! Limits of the current: what a motor, a bridge and a supply can carry.
 //!
-//! * [`Limiter`]: the last limiter of the demanded current
+//! * [`Limiter`]: the current limiter of the control task
 //! * [`ActiveLimit`]: which limit acts
 //! * `heat`: thermal models of winding and bridge
 //! * `supply`: power, supply current and supply voltage

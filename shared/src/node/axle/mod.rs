@@ -20,7 +20,7 @@
 //! * `end_stops`: keeps the set-point inside of switches and travel
 //! * `windows`: following error and target reached
 //! * `homing`: finds the home switch; `homing_method` says which switch and which edge
-//! * `output`: published payloads, and the last limiter
+//! * `output`: published payloads, and the current limiter
 //! * `snapshot`: readings at the first fault
 //!
 //! This file has the tick, which calls them.
@@ -133,7 +133,7 @@ pub struct Axle {
 }
 
 impl Axle {
-    /// Runs one control period: sense, estimate, supervise, control, last limiter.
+    /// Runs one control period: sense, estimate, supervise, control, limit.
     pub fn tick(&mut self, inputs: &Inputs) -> Outputs {
         self.run::<true>(inputs, None)
     }

@@ -1,4 +1,4 @@
-//! Converts a demanded current to outputs: the bridge's command, after the last limiter, and the
+//! Converts a demanded current to outputs: the bridge's command, after the current limiter, and the
 //! node's messages.
 
 use super::homing::Stage;
@@ -94,7 +94,8 @@ impl Axle {
         }
     }
 
-    /// The last limiter. It is defined for every input, and nothing acts after it.
+    /// The current limiter of the control task. It is defined for every input. docs/nodes.md, "What
+    /// limits what", lists the gates before it and after it.
     fn limit<const WATCHES: bool>(&mut self, inputs: &Inputs, demand: Demand) -> Limited {
         let amperes = self.envelope.cascade.amperes(demand.current);
         let conditions = conditions(inputs, self.velocity());

@@ -1,7 +1,6 @@
 //! The guard: the master of the network, the controller of the robot's body
 //! ([`crate::robots::Body`]), and a filter that passes a command only as far as the margins allow.
-//! A margin is the distance in the support plane from the projected centre of gravity to an edge of
-//! the support.
+//! A margin is the horizontal distance from the centre of gravity to an edge of the support.
 //!
 //! This file has the tick. The other modules:
 //!

@@ -15,7 +15,7 @@ use super::task::{MotorCommand, Situation, Task};
 use super::wheel::{Arm, Axle, Shape, WHEELS, Wheel};
 use super::wheel_mode::{Frame, wheel_mode};
 use crate::math::{atan2, clamp, limit, min};
-use crate::stability::command::Command;
+use crate::stability::allowed::Command;
 
 /// Measurements of one tick. Arrays are indexed by [`Wheel`] or [`Axle`].
 #[derive(Clone, Copy, PartialEq, Debug, Default)]

@@ -3,7 +3,7 @@
 use super::Balance;
 use crate::sensing::Sensing;
 use crate::sensing::trust::Trust;
-use crate::stability::command::{Command, Stop};
+use crate::stability::allowed::{Command, Stop};
 use crate::stability::filter::Verdict;
 use crate::stability::support::narrowest;
 use crate::stability::trip::{self, Cause, Mode, Requests, Snapshot, crawl};

@@ -18,8 +18,8 @@ use crate::math::max;
 use crate::sensing::Sensing;
 use crate::sensing::trust::{Reason, Trust};
 use crate::settings::{Setting, Settings};
+use crate::stability::allowed::Stop;
 use crate::stability::bands::{Band, Bands};
-use crate::stability::command::Stop;
 use crate::stability::criterion::Criterion;
 use crate::stability::evaluation::Evaluation;
 use crate::stability::filter::{Margins, Tracker};
@@ -105,7 +105,7 @@ impl Balance {
         self.found = self
             .criterion
             .evaluate(stance, force, speed, &self.parameters);
-        self.trust = sensing.compare(force, attitude, !self.found.quick, period);
+        self.trust = sensing.compare(force, attitude, !self.found.stop_would_tip, period);
         if matches!(self.trust, Trust::None(_)) {
             self.found.margins = [f32::NAN; 4];
         }
@@ -114,9 +114,9 @@ impl Balance {
             self.tracker = Tracker::default();
         }
         self.stance = *stance;
-        let widening = self.parameters.uncertainty.widening();
+        let deduction = self.parameters.uncertainty.deduction();
         let kept = kept_shape.map_or(self.found.gravity, |stance| {
-            stance.margins().map(|margin| margin - widening)
+            stance.margins().map(|margin| margin - deduction)
         });
         self.margins = self
             .tracker
@@ -171,9 +171,9 @@ impl Balance {
         if tilt > LEVEL && !confirmed {
             return Some(Refusal::OffLevel { tilt });
         }
-        let widening = self.parameters.uncertainty.widening();
+        let deduction = self.parameters.uncertainty.deduction();
         homing
-            .map(|stance| least(stance.margins().map(|margin| margin - widening)))
+            .map(|stance| least(stance.margins().map(|margin| margin - deduction)))
             .find(|(margin, _)| !(*margin >= self.parameters.trip))
             .map(|(_, refusal)| refusal)
     }

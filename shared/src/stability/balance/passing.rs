@@ -2,7 +2,7 @@
 
 use super::Balance;
 use crate::math::{max, min, sin_cos};
-use crate::stability::command::{Ahead, Allowed, Command};
+use crate::stability::allowed::{Ahead, Allowed, Command};
 use crate::stability::filter::{Ramp, Verdict};
 use crate::stability::limits::MotionLimits;
 use crate::stability::support::{Edge, NO_EDGE};
@@ -108,10 +108,10 @@ impl Balance {
     /// Returns the margins of another shape, m, reduced by what uncertainty and measured force take
     /// from the present margins.
     fn as_now(&self, margins: [f32; 4]) -> [f32; 4] {
-        let widening = self.parameters.uncertainty.widening();
+        let deduction = self.parameters.uncertainty.deduction();
         core::array::from_fn(|index| {
             let force = self.found.gravity[index] - self.margins.now[index];
-            margins[index] - widening - force
+            margins[index] - deduction - force
         })
     }
 
@@ -131,16 +131,16 @@ impl Balance {
     /// defines it, m.
     fn room(&self) -> f32 {
         let parameters = &self.parameters;
-        let widening = parameters.uncertainty.widening();
-        step_behind::room(&self.stance, &parameters.step_behind, widening)
+        let deduction = parameters.uncertainty.deduction();
+        step_behind::room(&self.stance, &parameters.step_behind, deduction)
     }
 
     /// Returns the largest speed in the direction of a command at which neither an instant stop nor
     /// a fall off a step behind topples the robot, and the edge that limits it. Backing at crawl
     /// speed stays free as far as the rear margin is not `wide` (0 to 1).
     fn speed_limit(&self, forward: f32, wide: f32) -> (f32, Edge) {
-        let widening = self.parameters.uncertainty.widening();
-        let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, widening);
+        let deduction = self.parameters.uncertainty.deduction();
+        let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, deduction);
         if edge == Edge::Front {
             return (limit, edge);
         }

@@ -34,7 +34,7 @@ impl Balance {
         Telemetry {
             band: self.bands.band(),
             trust: self.trust,
-            with_force: self.found.fast,
+            with_force: self.found.force_counts,
             tripped: self.trip.latched(),
             trips: self.trip.count(),
             limits: self.limits,

@@ -2,7 +2,7 @@
 //! keeps.
 
 use crate::math::clamp;
-use crate::stability::command::Command;
+use crate::stability::allowed::Command;
 use crate::stability::support::Edge;
 
 /// Margins between which the speed scale grows from 0 to 1, m.

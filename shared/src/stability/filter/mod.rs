@@ -17,7 +17,8 @@
 //! the stop margin to the trip margin, and it stops if the margin would decay to the trip margin
 //! within the horizon. So the robot has little momentum if a track slips or the ground ends.
 //!
-//! [`speed_scale`] scales a speed, [`posture`] a change of shape, within [`Bounds`].
+//! [`speed_scale`] computes the scale of a speed, [`posture`] that of a change of shape, within
+//! [`Bounds`]. [`super::allowed::Allowed::ramp`] applies it to the operator's speed.
 
 mod bounds;
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use super::bounds::{Bounds, Ramp, scale};
 use super::{Margins, Verdict};
 use crate::math::min;
-use crate::stability::command::Command;
+use crate::stability::allowed::Command;
 use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
@@ -58,7 +58,7 @@ pub fn speed_scale(
             (bounds.towards, 0.0)
         };
         let kept = || passable(forward, index, margins, towards, bounds.horizon);
-        let left = if leads_to(edge, forward, pitch) {
+        let remaining = if leads_to(edge, forward, pitch) {
             kept()
         } else {
             let end = Ramp {
@@ -73,9 +73,9 @@ pub fn speed_scale(
                 away
             }
         };
-        if left < scale {
-            scale = left;
-            verdict = if left > 0.0 {
+        if remaining < scale {
+            scale = remaining;
+            verdict = if remaining > 0.0 {
                 Verdict::Scaled(edge)
             } else {
                 Verdict::Refused(edge)
@@ -95,10 +95,10 @@ pub fn within_limit(
     if speed * scale <= limit {
         return (scale, verdict);
     }
-    let left = limit / speed;
+    let remaining = limit / speed;
     // The comparison is false for NaN.
-    match left > 0.0 {
-        true if left < scale => (left, Verdict::Scaled(edge)),
+    match remaining > 0.0 {
+        true if remaining < scale => (remaining, Verdict::Scaled(edge)),
         true => (scale, verdict),
         false => (0.0, Verdict::Refused(edge)),
     }

@@ -1,4 +1,4 @@
-//! What a node's tick has found, in the words of its log.
+//! Writes what a node's tick has found to its log.
 
 use tautrack::math::to_i16;
 use tautrack::roles::drive::Ticked;

@@ -79,7 +79,7 @@ pub fn clamp(value: f32, low: f32, high: f32) -> f32 {
     min(max(value, low), high)
 }
 
-/// Limits `value` to `-bound..=bound`: the last limiter before an actuator.
+/// Limits `value` to `-bound..=bound`.
 ///
 /// It is defined for every input. The result is never NaN and never beyond the bound. It is 0 if
 /// `value` is NaN, and 0 if `bound` is NaN, zero or negative.

@@ -1,4 +1,5 @@
-//! A command, how much of it the guard allows, and where a posture's motion leads.
+//! How much of a command the guard allows, and where a posture's motion leads. [`Allowed::ramp`]
+//! scales the operator's speed.
 
 use super::limits::MotionLimits;
 use super::support::Stance;
