@@ -2,7 +2,7 @@
 //! forces of the ground.
 
 use super::belt::Belts;
-use super::robot::{MARKS, Robot};
+use super::robot::MARKS;
 use crate::world::physics::DT;
 use rapier3d_f64::geometry::NEW_CONTACT_BIT;
 use rapier3d_f64::math::Vector;
@@ -162,7 +162,6 @@ pub fn add_corners(forces: &mut GroundForces, belts: &Belts, step: u64, support:
 /// points.
 pub fn read(
     world: &PhysicsWorld,
-    robot: &Robot,
     belts: &RunningBelts,
     step: u64,
     support: &mut Support,
@@ -182,7 +181,7 @@ pub fn read(
         let Some(body) = body.and_then(|handle| world.bodies.get(handle)) else {
             continue;
         };
-        let Some(pose) = robot.pose(world, belt) else {
+        let Some(pose) = world.colliders.get(belt).map(Collider::position) else {
             continue;
         };
         for manifold in pair.solver_manifolds() {

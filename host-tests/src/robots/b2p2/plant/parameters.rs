@@ -73,8 +73,6 @@ pub struct B2p2Parameters {
     /// Creep coefficient, N s/m: the force along a belt under which its rubber creeps over the
     /// ground at 1 m/s.
     pub belt_creep: f64,
-    /// Whether the belts yield to the corners of the ground; otherwise they are rigid.
-    pub yielding: bool,
     /// Force that would stretch a belt to twice its length, N.
     pub belt_stiffness: f64,
     /// Tension of a belt whose axles are where the law `L + (L2 + L3) = K` has them, N.
@@ -155,7 +153,6 @@ impl B2p2Parameters {
             body_1_com_height: 0.0,
             friction: 1.0,
             belt_creep: 2.0e4,
-            yielding: std::env::var("RIGID").is_err(),
             belt_stiffness: 1.0e5,
             belt_tension: 50.0,
             guide_clearance: 0.0,

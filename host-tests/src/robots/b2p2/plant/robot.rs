@@ -12,10 +12,6 @@ use rapier3d_f64::prelude::*;
 
 /// Marks of colliders: anything that is not a belt, the left belt, the right belt.
 pub const MARKS: [u128; 3] = [0, 1, 2];
-/// Length by which the two chord boxes of a belt extend past the middle of the longest chord, m. A
-/// chord is the run of a belt between axle 1 and axle 3.
-const CHORD_OVERLAP: f64 = 0.04;
-
 /// Handles to the robot's parts in the physics world.
 pub struct Robot {
     /// Segments 1 to 3.
@@ -26,9 +22,6 @@ pub struct Robot {
     pub joint: ImpulseJointHandle,
     /// The screw, sliding along x.
     pub screw: ImpulseJointHandle,
-    /// Per side: the half of the chord on segment 1 and the half on segment 3.
-    chords: [[Chord; 2]; 2],
-    half_chord: f64,
 }
 
 /// Adds the ground to the world and returns the pose in which the robot starts on it.
@@ -94,15 +87,6 @@ pub fn mass_properties(
         .properties()
 }
 
-/// Half of a chord.
-struct Chord {
-    collider: ColliderHandle,
-    /// Segment to which it belongs.
-    body: RigidBodyHandle,
-    /// Pose on the segment.
-    pose: Pose,
-}
-
 impl Robot {
     /// Builds the robot with axle 1 at `start`, and chassis angle and extension as at power-up.
     pub fn build(world: &mut PhysicsWorld, parameters: &B2p2Parameters, start: Pose) -> Self {
@@ -134,66 +118,14 @@ impl Robot {
                 .limits([p.screw_travel[0] - 0.005, p.screw_travel[1] + 0.005])
                 .motor_model(MotorModel::ForceBased),
         );
-        let half_chord = 0.25 * (p.k + p.l1) + CHORD_OVERLAP;
-        let chords = [0, 1].map(|side| belt(world, p, bodies, side, half_chord));
+        for side in 0..2 {
+            belt(world, p, bodies, side);
+        }
         Self {
             bodies,
             masses,
             joint,
             screw,
-            chords,
-            half_chord,
-        }
-    }
-
-    /// Places both belts' chords along the line from axle 1 to axle 3, for the next step alone.
-    ///
-    /// It moves the colliders in the world. If it moved them on their bodies, the engine would
-    /// compute the bodies' masses and its list of contacts anew in each step. In its first step the
-    /// engine puts all colliders to their places on the bodies: call this from the second step on.
-    pub fn lay_chords(
-        &mut self,
-        world: &mut PhysicsWorld,
-        p: &B2p2Parameters,
-        theta: f64,
-        extension: f64,
-    ) {
-        let r = p.l2 + extension;
-        // Angle of the line from axle 1 to axle 3 against segment 1, nose up positive.
-        let rise = libm::atan2(r * libm::sin(theta), p.l1 + r * libm::cos(theta));
-        let along = |angle: f64, x: f64| {
-            let rotation = turn(Vector::NEG_Y, angle);
-            (rotation * (Vector::X * x), rotation)
-        };
-        for (side, chords) in self.chords.iter_mut().enumerate() {
-            let y = Vector::Y * lateral(p, side);
-            let halves = [
-                along(rise, 0.5 * self.half_chord),
-                along(rise - theta, -0.5 * self.half_chord),
-            ];
-            for (chord, (centre, rotation)) in chords.iter_mut().zip(halves) {
-                chord.pose = Pose::from_parts(centre + y, rotation);
-                let pose = world.bodies[chord.body].position() * chord.pose;
-                let collider = &mut world.colliders[chord.collider];
-                collider.set_position(pose);
-                collider.set_enabled(true);
-            }
-        }
-    }
-
-    /// Pose of one of the robot's colliders in the world; `None` if it is not one of them.
-    pub fn pose(&self, world: &PhysicsWorld, collider: ColliderHandle) -> Option<Pose> {
-        let chord = self
-            .chords
-            .as_flattened()
-            .iter()
-            .find(|chord| chord.collider == collider);
-        match chord {
-            Some(chord) => Some(world.bodies[chord.body].position() * chord.pose),
-            None => world
-                .colliders
-                .get(collider)
-                .map(|collider| *collider.position()),
         }
     }
 
@@ -241,16 +173,9 @@ pub fn lateral(p: &B2p2Parameters, side: usize) -> f64 {
     0.5 * (p.width - p.belt_width) * if side == 0 { 1.0 } else { -1.0 }
 }
 
-/// Creates the colliders of one belt: a disc at each axle, a bar along each segment, and the two
-/// halves of the chord. Together they cover the convex hull of the discs in every posture of the
-/// robot, so that no collider has to be rebuilt. Returns the halves of the chord.
-fn belt(
-    world: &mut PhysicsWorld,
-    p: &B2p2Parameters,
-    bodies: [RigidBodyHandle; 3],
-    side: usize,
-    half_chord: f64,
-) -> [Chord; 2] {
+/// Creates the colliders of one belt where something presses it on the ground: a disc at each axle,
+/// and the guide plates along the segments.
+fn belt(world: &mut PhysicsWorld, p: &B2p2Parameters, bodies: [RigidBodyHandle; 3], side: usize) {
     let (radius, half_width) = (p.pulley_radius, 0.5 * p.belt_width);
     let mut add = |body: usize, x: f64, shape: ColliderBuilder| {
         let place = Vector::new(x, lateral(p, side), 0.0);
@@ -272,23 +197,19 @@ fn belt(
                 .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
                 .user_data(MARKS[side + 1]),
             Some(bodies[body]),
-        )
+        );
     };
     let disc = || ColliderBuilder::cylinder(half_width, radius);
-    let bar = |length: f64| ColliderBuilder::cuboid(0.5 * length, half_width, radius);
+    let plate = radius - p.guide_clearance;
+    let bar = |length: f64| ColliderBuilder::cuboid(0.5 * length, half_width, plate);
     add(0, 0.0, disc());
     add(0, p.l1, disc());
     add(2, 0.0, disc());
     add(0, 0.5 * p.l1, bar(p.l1));
-    // Each bar is as long as possible without protruding when the front part is shortest.
+    // Each plate is as long as possible without protruding when the front part is shortest.
     let front = p.taut_length(0.0) - 0.02;
     add(1, 0.5 * front, bar(front));
     add(2, -0.5 * front, bar(front));
-    [0, 2].map(|body| Chord {
-        collider: add(body, 0.0, bar(half_chord).enabled(false)),
-        body: bodies[body],
-        pose: Pose::IDENTITY,
-    })
 }
 
 #[cfg(test)]

@@ -30,12 +30,8 @@ impl B2p2 {
         }
         // The engine knows the masses only from its second step on.
         if self.step > 0 {
-            if p.yielding {
-                let speeds = self.sprockets.map(|belt| belt.speed);
-                self.belts.pull(&mut self.world, &self.robot, &p, speeds);
-            } else {
-                self.robot.lay_chords(&mut self.world, &p, theta, extension);
-            }
+            let speeds = self.sprockets.map(|belt| belt.speed);
+            self.belts.pull(&mut self.world, &self.robot, &p, speeds);
         }
         let mut joint = self.joint.drive(joint, theta);
         // The engine counts from the middle of the travel.
@@ -55,16 +51,8 @@ impl B2p2 {
         let [length, _] = self.robot.extension(&self.world, &p);
         self.rates = [(now - theta) / DT, (length - extension) / DT];
 
-        self.ground = contact::read(
-            &self.world,
-            &self.robot,
-            &running,
-            self.step,
-            &mut self.support,
-        );
-        if p.yielding {
-            contact::add_corners(&mut self.ground, &self.belts, self.step, &mut self.support);
-        }
+        self.ground = contact::read(&self.world, &running, self.step, &mut self.support);
+        contact::add_corners(&mut self.ground, &self.belts, self.step, &mut self.support);
         for (side, belt) in self.sprockets.iter_mut().enumerate() {
             belt.load(
                 self.ground.traction[side],

@@ -77,16 +77,13 @@ impl B2p2 {
         truth.pitch_rate = -rear.angvel().dot(left);
         (truth.theta, truth.extension) = (theta, extension);
         truth.tension_error = p.chord(theta, extension) + p.l2 + extension - p.k;
-        if p.yielding {
-            let [left, right] = &self.belts.sides;
-            let channels = [
-                ("left_belt_tension_n", left.tension),
-                ("right_belt_tension_n", right.tension),
-                ("left_belt_slack_mm", left.slack * 1e3),
-                ("right_belt_slack_mm", right.slack * 1e3),
-            ];
-            truth.channels.extend(channels);
-        }
+        let [left, right] = &self.belts.sides;
+        truth.channels.extend([
+            ("left_belt_tension_n", left.tension),
+            ("right_belt_tension_n", right.tension),
+            ("left_belt_slack_mm", left.slack * 1e3),
+            ("right_belt_slack_mm", right.slack * 1e3),
+        ]);
         truth.cog = cog.to_array();
         truth.ground_speed = (momentum / mass).dot(heading);
         truth.belt_speed = self.sprockets.map(|belt| belt.speed);

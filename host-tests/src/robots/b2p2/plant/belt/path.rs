@@ -241,8 +241,5 @@ fn to_pulley(corner: Corner, pulleys: &Pulleys, pulley: usize) -> Straight {
 fn tangent(way: DVec2, aside: f64) -> DVec2 {
     let square = way.length_squared();
     let along = libm::sqrt(square - aside * aside);
-    DVec2::new(
-        way.x * along - way.y * aside,
-        way.y * along + way.x * aside,
-    ) / square
+    DVec2::new(way.x * along - way.y * aside, way.y * along + way.x * aside) / square
 }

@@ -12,6 +12,9 @@ use crate::world::physics::DT;
 /// Sections shorter than this stretch as if they had this length, m. The stiffness of a shorter one
 /// would need a shorter step.
 const SHORTEST: f64 = 0.2;
+/// Time by which the tension leads the length: a step, because the tension belongs to the length at
+/// the end of the step, and 2 ms for the losses of the belt's material (assumed), s.
+const LEAD: f64 = DT + 2.0e-3;
 /// Number of times that the tensions at all corners are balanced in one step.
 const SWEEPS: usize = 4;
 
@@ -54,8 +57,7 @@ impl Material {
     /// Returns the tension of each section, N, none of them negative, and the corners.
     ///
     /// `fed` is the length of belt that pulley 1 has taken from the first section in this step and
-    /// given to the last one, m. `rates` are the speeds at which the sections become longer, m/s:
-    /// the tension is that of the length at the end of the step.
+    /// given to the last one, m. `rates` are the speeds at which the sections become longer, m/s.
     pub fn tensions(
         &mut self,
         belt: &Elasticity,
@@ -68,7 +70,7 @@ impl Material {
         let lengths: Vec<f64> = sections
             .iter()
             .zip(rates)
-            .map(|(section, rate)| section.length(radius) + rate * DT)
+            .map(|(section, rate)| section.length(radius) + rate * LEAD)
             .collect();
         self.follow(belt, sections, &lengths, fed);
         let mut strains = self.strains(belt, &lengths);
@@ -173,8 +175,8 @@ fn slide([before, behind]: [Strain; 2], ratio: f64) -> f64 {
         if tight.tension <= ratio * loose.tension.max(0.0) {
             return 0.0;
         }
-        let balanced = (tight.tension - ratio * loose.tension)
-            / (tight.stiffness + ratio * loose.stiffness);
+        let balanced =
+            (tight.tension - ratio * loose.tension) / (tight.stiffness + ratio * loose.stiffness);
         // A section that is slack gives until nothing pulls any more.
         balanced.min(tight.tension / tight.stiffness)
     };
