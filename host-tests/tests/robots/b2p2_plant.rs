@@ -15,7 +15,7 @@ const MOTORS: usize = 4;
 
 const DT: f64 = 1.0e-3;
 const MASS: f64 = 6.356_067 + 0.897_066 + 1.062_15;
-const WEIGHT: f64 = MASS * 9.81;
+pub(super) const WEIGHT: f64 = MASS * 9.81;
 
 /// Rotor with its gear, seen from the output shaft, under a position and velocity servo.
 struct Rotor {
@@ -58,8 +58,8 @@ impl Rotor {
 
 /// B2P2 with ideal motors. The screw keeps the belts taut, following the angle of the joint's
 /// shaft.
-struct Driven {
-    plant: B2p2,
+pub(super) struct Driven {
+    pub(super) plant: B2p2,
     parameters: B2p2Parameters,
     rotors: [Rotor; MOTORS],
     alive: [bool; MOTORS],
@@ -69,7 +69,7 @@ struct Driven {
 }
 
 impl Driven {
-    fn new(parameters: &B2p2Parameters, terrain: Ground, seed: u64) -> Self {
+    pub(super) fn new(parameters: &B2p2Parameters, terrain: Ground, seed: u64) -> Self {
         let metre = parameters.screw_lead / TAU;
         Self {
             plant: B2p2::new(parameters, &terrain, seed),
@@ -89,7 +89,7 @@ impl Driven {
 
     /// Runs one millisecond with these belt speeds (m/s), turning the chassis joint towards `theta`
     /// at 0.5 rad/s.
-    fn step(&mut self, belts: [f64; 2], theta: f64) {
+    pub(super) fn step(&mut self, belts: [f64; 2], theta: f64) {
         let p = &self.parameters;
         let change = (theta - self.theta).clamp(-0.5 * DT, 0.5 * DT);
         self.theta += change;
@@ -125,21 +125,21 @@ impl Driven {
     }
 
     /// Drives both belts at `speed` for `seconds`, with the chassis joint at its commanded angle.
-    fn drive(&mut self, speed: f64, seconds: f64) {
+    pub(super) fn drive(&mut self, speed: f64, seconds: f64) {
         for _ in 0..(seconds / DT).round() as u64 {
             self.step([speed; 2], self.theta);
         }
     }
 
     /// Belt speeds that keep the robot on the x axis, m/s.
-    fn straight(&self, speed: f64) -> [f64; 2] {
+    pub(super) fn straight(&self, speed: f64) -> [f64; 2] {
         let truth = self.plant.truth();
         let turn = -1.5 * truth.yaw - 0.8 * truth.axle_1[1];
         [speed - 0.16 * turn, speed + 0.16 * turn]
     }
 
     /// Drives at `speed` for `seconds` and returns the mean of `value`.
-    fn mean(&mut self, speed: f64, seconds: f64, value: impl Fn(&Self) -> f64) -> f64 {
+    pub(super) fn mean(&mut self, speed: f64, seconds: f64, value: impl Fn(&Self) -> f64) -> f64 {
         let steps = (seconds / DT).round();
         let mut sum = 0.0;
         for _ in 0..steps as u64 {
@@ -149,7 +149,7 @@ impl Driven {
         sum / steps
     }
 
-    fn torque(&self, motor: usize) -> f64 {
+    pub(super) fn torque(&self, motor: usize) -> f64 {
         f64::from(self.plant.sensors(motor).shaft_torque)
     }
 }

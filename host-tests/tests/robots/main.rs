@@ -1,5 +1,6 @@
 //! Tests of the simulated robots: plants against physics, controllers on plants, and whole runs.
 
+mod b2p2_belt;
 mod b2p2_plant;
 mod balance;
 mod crawler;

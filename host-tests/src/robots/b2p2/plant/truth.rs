@@ -18,6 +18,12 @@ impl B2p2 {
         self.ground.lift
     }
 
+    /// Forces of the corners of the ground on the belts in the last step, in world axes, N.
+    pub fn belt_corners(&self) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let pressed = self.belts.sides.iter().flat_map(|belt| &belt.pressed);
+        pressed.map(|pressed| pressed.force.to_array())
+    }
+
     /// Kinetic and potential energy of the three segments, J; the potential is zero at z = 0.
     pub fn energy(&self) -> f64 {
         let bodies = self.robot.bodies.map(|handle| &self.world.bodies[handle]);
