@@ -150,7 +150,7 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "chassis_deg = 0.0\n",
             "\n",
-            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s or request",
+            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s, belts or request",
         ),
         (
             "[20.0, 28.0]",
