@@ -38,7 +38,9 @@ impl SlackLaw {
     /// Domain: any `slack`. A negative one and NaN count as 0, for which the result is `taut` itself.
     /// One above half of `K - L1`, which no extension can give, counts as that. The result may be
     /// below
-    /// [`Geometry::released_length`]. Worst error: TODO
+    /// [`Geometry::released_length`]. Worst errors of the nominal geometry: 0.015 um and 1.5e-7 m/rad
+    /// over all 2^32 angles at a slack of 50 mm, 0.12 um and 2e-7 m/rad at any slack and angle
+    /// (`shared/tests/screw.rs`, `extension_with_*`).
     #[inline]
     pub fn extension(&self, taut: Extension, slack: f32) -> Extension {
         // Also for NaN.

@@ -346,7 +346,7 @@ impl Drive {
             Goal::Home => mode::HOMING,
             Goal::Position(_) => mode::CYCLIC_POSITION,
             Goal::MoveTo(_) => mode::PROFILE_POSITION,
-            Goal::Belt(slack) if slack > 0.0 => mode::RELEASED,
+            Goal::Belt(_) if target > 0 => mode::RELEASED,
             Goal::Belt(_) => mode::TAUT,
             Goal::Velocity(target) => {
                 let set_point = VelocitySetPoint {
