@@ -2,7 +2,7 @@
 //! `L + (L2 + L3) = K - slack` holds for the present chassis angle, not for the angle at the time
 //! when the joint's node sent it. The slack is 0 in mode "taut", and commanded in mode "released".
 
-use super::axle::{ActiveLimit, Axle, Belt, Inputs as AxleInputs, Outputs};
+use super::axle::{Axle, Belt, Inputs as AxleInputs, Outputs};
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
@@ -40,6 +40,8 @@ pub struct Screw<G = Geometry> {
     slack: i32,
     slack_limit: i32,
     slack_step: i32,
+    /// The belt has not the commanded slack.
+    lacks_slack: bool,
     /// Distance that is left to take up since the mode began, 2^-32 turn. It goes to zero at the
     /// engage speed.
     remaining: Turns,
@@ -124,6 +126,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
             slack_law,
             slack: 0,
             slack_limit: to_i32(settings.si(Setting::SlackLimit) * UNITS),
+            lacks_slack: false,
             slack_step: to_i32(engage_metres * (CONTROL_PERIOD * UNITS)),
             remaining: Turns::ZERO,
             law: Turns::ZERO,
@@ -148,7 +151,8 @@ impl<G: Borrow<Geometry>> Screw<G> {
             self.joint = inputs.joint;
         }
         let belt = self.follow(inputs);
-        self.axle.tick_following(&inputs.axle, belt)
+        self.axle
+            .tick_following(&inputs.axle, belt, self.lacks_slack)
     }
 
     /// Computes the set-point that gives the belt its present slack, for the joint's motion
@@ -164,7 +168,8 @@ impl<G: Borrow<Geometry>> Screw<G> {
         // a turn, beyond which it has no meaning.
         let moved = rate * (age_us as u32 as f32 * (1e-6 * Turns::PER_RADIAN));
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
-        let (follows, moves) = (self.axle.follows_joint(), self.axle.moves_with_joint());
+        let follows = self.axle.follows_joint();
+        let moves = follows && self.axle.is_free();
         let withheld = moves && self.update_slack();
         if !follows {
             // It engages from wherever its shaft is.
@@ -205,17 +210,12 @@ impl<G: Borrow<Geometry>> Screw<G> {
         } else {
             Turns::ZERO
         };
-        let motion = Motion {
+        self.lacks_slack = withheld || at_end && self.slack > 0;
+        Ok(Motion {
             position: law + self.remaining,
             velocity: self.scale.shaft_velocity_from_linear(speed),
             acceleration: 0.0,
-        };
-        let limit = if withheld || at_end && self.slack > 0 {
-            ActiveLimit::Slack
-        } else {
-            ActiveLimit::None
-        };
-        Ok((motion, limit))
+        })
     }
 
     /// Moves the present slack towards the commanded one, by at most what the engage speed allows

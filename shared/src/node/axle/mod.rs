@@ -80,9 +80,8 @@ use torque::TorqueMode;
 use watches::{Bounds, Watches};
 use windows::Windows;
 
-/// Set-point that the belt requires of a screw, with the limit that keeps it from the commanded
-/// slack; or the fault because of which it is unknown.
-pub(super) type Belt = Result<(Motion, ActiveLimit), Fault>;
+/// Set-point that the belt requires of a screw, or the fault because of which it is unknown.
+pub(super) type Belt = Result<Motion, Fault>;
 
 /// State of one axle.
 #[derive(Clone, Debug)]
@@ -132,6 +131,7 @@ pub struct Axle {
     homed: bool,
     end_stops: EndStops,
     active_limit: ActiveLimit,
+    lacks_slack: bool,
     /// Current that was commanded in the previous tick, A.
     demand: f32,
 }
@@ -144,8 +144,14 @@ impl Axle {
 
     /// Runs a tick of the screw: [`Axle::tick`] with the set-point of the modes that follow the
     /// joint ([`crate::bus::cia402::mode::follows_joint`]), or with the fault because of which this
-    /// set-point is unknown.
-    pub(super) fn tick_following(&mut self, inputs: &Inputs, belt: Belt) -> Outputs {
+    /// set-point is unknown. `lacks_slack` is whether the belt has not the commanded slack.
+    pub(super) fn tick_following(
+        &mut self,
+        inputs: &Inputs,
+        belt: Belt,
+        lacks_slack: bool,
+    ) -> Outputs {
+        self.lacks_slack = lacks_slack;
         self.run::<false>(inputs, Some(belt))
     }
 
@@ -179,11 +185,9 @@ impl Axle {
         self.state == State::OperationEnabled && mode::follows_joint(self.mode)
     }
 
-    /// Returns whether the set-point of such a mode moves the axle now: no halt, exit or brake keeps
-    /// it from that.
-    pub(super) fn moves_with_joint(&self) -> bool {
-        let free = self.exit.is_none() && !self.stopping.halted && self.brake.is_released();
-        self.follows_joint() && free
+    /// Returns whether an axle in operation may move: no halt, exit or brake keeps it from that.
+    pub(super) fn is_free(&self) -> bool {
+        self.exit.is_none() && !self.stopping.halted && self.brake.is_released()
     }
 
     /// Returns the commanded slack of the belt, 2^-24 m; 0 in every mode but

@@ -270,8 +270,11 @@ impl Axle {
                 self.motion
                     .toward_velocity(0.0, self.envelope.limits, CONTROL_PERIOD);
             }
-            (mode::TAUT | mode::RELEASED, Some(Ok((motion, limit)))) => {
-                (self.motion, self.active_limit) = (motion, limit);
+            (mode::TAUT | mode::RELEASED, Some(Ok(motion))) => {
+                self.motion = motion;
+                if self.lacks_slack {
+                    self.active_limit = ActiveLimit::Slack;
+                }
             }
             (mode::CYCLIC_POSITION, _) => {
                 self.interpolation_ticks = self.interpolation_ticks.saturating_sub(1);

@@ -147,19 +147,18 @@ impl B2p2 {
         max(self.slack + change, 0.0)
     }
 
-    /// Extension by the law of the belts at this chassis angle and slack, and its second derivative,
-    /// m/rad^2. The screw does not draw back below the released length.
-    fn extension_at(&self, theta: Angle, slack: f32) -> (Extension, f32) {
+    /// Extension by the law of the belts at this chassis angle and slack. The screw does not draw
+    /// back below the released length.
+    fn extension_at(&self, theta: Angle, slack: f32) -> Extension {
         let taut = self.geometry.extension(theta);
         let extension = self.slack_law.extension(taut, slack);
         let length = self.geometry.released_length();
         // The taut length at angle 0 may be rounded below the released one.
         if slack > 0.0 && extension.length < length {
             let derivative = Length::ZERO;
-            return (Extension { length, derivative }, 0.0);
+            return Extension { length, derivative };
         }
-        let curve = self.slack_law.second_derivative(extension, slack);
-        (extension, curve)
+        extension
     }
 
     /// Commanded yaw rate, or the one that holds the heading while none is commanded.
@@ -353,8 +352,8 @@ impl Body for B2p2 {
         // From the set-point, not from the measured angle, because the joint will still reach what
         // already passed.
         let ahead = next.position.angle() + Angle::from_radians(next.velocity * horizon);
-        let (extension, _) = self.extension_at(ahead, slack);
-        let shape = self.model.shape(ahead, metres(extension.length));
+        let extension = metres(self.extension_at(ahead, slack).length);
+        let shape = self.model.shape(ahead, extension);
         let lowered = next.position < Turns::ZERO;
         let lifts = next.position < self.chassis.position && lowered;
         let axes = attitude.level_axes();
@@ -479,7 +478,8 @@ impl Body for B2p2 {
             return Vec::new();
         }
         let theta = self.chassis.position.angle();
-        let (extension, curve) = self.extension_at(theta, self.slack);
+        let extension = self.extension_at(theta, self.slack);
+        let curve = self.slack_law.second_derivative(extension, self.slack);
         let load = self.front.load(extension, curve, &self.chassis, attitude);
         [(JOINT, load.joint), (SCREW, load.screw)]
             .into_iter()
