@@ -673,3 +673,20 @@ fn an_operators_request_stays_until_the_next_and_is_to_arm_before_the_first() {
     assert_eq!(at(2.0), (OperatorRequest::EmergencyStop, 0.2));
     assert_eq!(at(3.0), (OperatorRequest::Reset, 0.2));
 }
+
+#[test]
+fn belts_are_released_by_events_of_b2p2_alone() {
+    let changed = |key: &str| refusal("chassis_deg = 0.0", key);
+    let got = changed("belts = \"loose\"");
+    assert!(got.contains("loose") && got.contains("released"), "{got}");
+    let path = scenarios().join("crawler/slope.toml");
+    let text = std::fs::read_to_string(path).expect("a scenario");
+    for key in ["belts = \"released\"\n", "belts = \"taut\"\n"] {
+        let text = text.replacen("speed_mps", &format!("{key}speed_mps"), 1);
+        let got = Scenario::parse(&text, "bad.toml").unwrap_err().to_string();
+        assert!(
+            got.contains("operator") && got.contains("belongs to B2P2"),
+            "{got}"
+        );
+    }
+}

@@ -341,8 +341,8 @@ mod tests {
     }
 
     #[test]
-    fn seven_modes_and_none_are_supported_and_three_of_them_command_no_position() {
-        let supported: [i8; 8] = [-1, 0, 1, 3, 6, 8, 9, 10];
+    fn eight_modes_and_none_are_supported_and_three_of_them_command_no_position() {
+        let supported: [i8; 9] = [-2, -1, 0, 1, 3, 6, 8, 9, 10];
         for mode in i8::MIN..=i8::MAX {
             assert_eq!(
                 mode::is_supported(mode),
