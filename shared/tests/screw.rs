@@ -142,8 +142,8 @@ fn extension_with_50_mm_of_slack_keeps_its_errors_over_every_angle() {
     });
 }
 
-/// A grid of slacks from what the bus can carry to what no extension can give, and angles that reach
-/// every position within a piece.
+/// A grid of slacks from what the bus can carry to what no extension can give, and angles that
+/// reach every position within a piece.
 #[test]
 fn extension_with_slack_keeps_its_errors_over_a_grid_of_slacks() {
     let nominal = nominal();

@@ -41,7 +41,7 @@ impl Description {
     }
 
     /// Checks that the operator commands only the posture that this robot has: chassis angle,
-    /// clearance, step height or none, and releases belts only of B2P2.
+    /// clearance, step height or none, and releases belts only of a robot with a screw.
     fn check_postures(&self) -> Result<(), Problem> {
         let posture = self.robot.section().posture();
         let step = posture == Posture::Step;
@@ -65,13 +65,16 @@ impl Description {
         if self.operator.belts.is_some() && travel.is_none() {
             return contradiction(
                 "operator.belts",
-                "belongs to B2P2, which can release its belts",
+                "is for a robot with a screw, which can release its belts",
             );
         }
         for (index, event) in self.operator.events.iter().enumerate() {
             if event.belts.is_some() && travel.is_none() {
                 let key = format!("operator.event[{index}].belts");
-                return contradiction(&key, "belongs to B2P2, which can release its belts");
+                return contradiction(
+                    &key,
+                    "is for a robot with a screw, which can release its belts",
+                );
             }
             if let Some(angle_deg) = event.chassis_deg {
                 chassis(&format!("operator.event[{index}].chassis_deg"), angle_deg)?;

@@ -237,8 +237,8 @@ fn a_joint_that_turns_too_fast_for_a_released_screw_is_reported() {
     );
 }
 
-/// In halts, holds and other modes the screw keeps its place. From there the belt gets the commanded
-/// slack without a jump, also when the joint has turned meanwhile.
+/// In halts, holds and other modes the screw keeps its place. From there the belt gets the
+/// commanded slack without a jump, also when the joint has turned meanwhile.
 #[test]
 fn a_released_screw_goes_on_from_where_it_is_after_a_halt_a_hold_and_another_mode() {
     let halt = controlword::ENABLE_OPERATION | CONTROL_HALT;

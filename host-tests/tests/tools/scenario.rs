@@ -675,7 +675,7 @@ fn an_operators_request_stays_until_the_next_and_is_to_arm_before_the_first() {
 }
 
 #[test]
-fn belts_are_released_by_events_of_b2p2_alone() {
+fn belts_of_a_robot_without_a_screw_are_refused() {
     let changed = |key: &str| refusal("chassis_deg = 0.0", key);
     let got = changed("belts = \"loose\"");
     assert!(got.contains("loose") && got.contains("released"), "{got}");
@@ -685,7 +685,7 @@ fn belts_are_released_by_events_of_b2p2_alone() {
         let text = text.replacen("speed_mps", &format!("{key}speed_mps"), 1);
         let got = Scenario::parse(&text, "bad.toml").unwrap_err().to_string();
         assert!(
-            got.contains("operator") && got.contains("belongs to B2P2"),
+            got.contains("operator") && got.contains("is for a robot with a screw"),
             "{got}"
         );
     }

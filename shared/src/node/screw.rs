@@ -35,8 +35,8 @@ pub struct Screw<G = Geometry> {
     /// Travel in one tick at the engage speed, 2^-32 turn; not negative.
     engage_step: Turns,
     slack_law: SlackLaw,
-    /// Present slack of the belt, its largest value, and its largest change in one tick, at least 1;
-    /// all in 2^-24 m and not negative.
+    /// Present slack of the belt, its largest value, and its largest change in one tick, at least
+    /// 1; all in 2^-24 m and not negative.
     slack: i32,
     slack_limit: i32,
     slack_step: i32,
@@ -55,7 +55,8 @@ pub struct Screw<G = Geometry> {
 const UNITS: f32 = 16_777_216.0;
 
 /// Largest step of the extension by the law of the belt in a tick, beyond what the velocity limit
-/// allows, m. Measured motions of the joint differ by less from those that the screw has extrapolated.
+/// allows, m. Measured motions of the joint differ by less from those that the screw has
+/// extrapolated.
 const UNEXPECTED_STEP: f32 = 0.5e-3;
 
 /// Overshoot of a screw that stops from 1 m/s, 2^-28 m. This is 10 ms: three time constants of the

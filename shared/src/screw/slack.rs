@@ -35,12 +35,12 @@ impl SlackLaw {
     /// Returns the extension, and its derivative with respect to the chassis angle, that leave the
     /// belt this slack, m, at the angle at which `taut` is the extension of the taut belt.
     ///
-    /// Domain: any `slack`. A negative one and NaN count as 0, for which the result is `taut` itself.
-    /// One above half of `K - L1`, which no extension can give, counts as that. The result may be
-    /// below
-    /// [`Geometry::released_length`]. Worst errors of the nominal geometry: 0.015 um and 1.5e-7 m/rad
-    /// over all 2^32 angles at a slack of 50 mm, 0.12 um and 2e-7 m/rad at any slack and angle
-    /// (`shared/tests/screw.rs`, `extension_with_*`).
+    /// Domain: any `slack`. A negative one and NaN count as 0, for which the result is `taut`
+    /// itself. One above half of `K - L1`, which no extension can give, counts as that. The result
+    /// may be below [`Geometry::released_length`]. Worst errors of the nominal geometry: 0.015 um
+    /// and 1.5e-7 m/rad over all 2^32 angles at a slack of 50 mm, 0.12 um and 2e-7 m/rad over a
+    /// dense grid of slacks and angles (`shared/tests/screw.rs`, `extension_with_*`). Cost on
+    /// Cortex-M4: 44 instructions more than the taut extension.
     #[inline]
     pub fn extension(&self, taut: Extension, slack: f32) -> Extension {
         // Also for NaN.

@@ -1,5 +1,5 @@
-//! Random sequences of a screw on the bus that is released and tightened: by a guard, by frames that
-//! others forge, through halts, holds, faults, resets and restarts.
+//! Random sequences of a screw on the bus that is released and tightened: by a guard, by frames
+//! that others forge, through halts, holds, faults, resets and restarts.
 
 use super::wire::{Wire, set_point};
 use proptest::collection::vec;

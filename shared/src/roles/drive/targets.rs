@@ -55,7 +55,8 @@ pub(super) struct Circumstances {
 
 impl Memory {
     /// Takes over the targets that were `written` since the last tick. A change of mode forgets the
-    /// others. Before operation, the target position is the present one, and the slack 0, until a client writes it.
+    /// others. Before operation, the target position is the present one, and the slack 0, until a
+    /// client writes it.
     pub fn begin_tick<const N: usize>(&mut self, written: Targets, values: &mut Values<N>) {
         let mode = values.get(OBJECT6060);
         let changes = mode != self.mode;
