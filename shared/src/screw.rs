@@ -8,7 +8,10 @@
 //! `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. Cosine is even, so the sign of `theta` does not
 //! matter.
 
+mod slack;
 mod table;
+
+pub use slack::SlackLaw;
 
 use crate::math::cubic::{mul_high, mul_high_add, quantize};
 use crate::math::{atan2, max, sin_cos, sqrt};

@@ -297,8 +297,15 @@ settings! {
     /// How far below the released length the screw's home switch closes. The released length is
     /// `(K - L1) / 2 - L2`. There the belt is just taut at chassis angle 0, and slack at any other.
     HomingRetreat = 0x0036, "homing_retreat", "um", 1_000..=100_000, 6_000;
-    /// Speed at which the screw takes up a slack belt.
+    /// Speed at which the screw takes up a slack belt, and at which the slack of a belt changes
+    /// that is released or tightened.
     EngageSpeed = 0x0037, "engage_speed", "um/s", 100..=500_000, 20_000;
+    /// Largest slack that the screw gives the belt. A larger commanded one counts as this, and
+    /// object `2000` says so.
+    SlackLimit = 0x0038, "slack_limit", "um", 0..=500_000, 120_000;
+    /// Slack that the guard gives the belts while the operator releases them. The default is what
+    /// B2P2's screw can give from a chassis angle of 42 degrees on.
+    ReleaseSlack = 0x0039, "release_slack", "um", 0..=500_000, 50_000;
 
     /// Node id of the left track.
     LeftId = 0x0040, "left_id", "1", 1..=127, 2;

@@ -7,7 +7,7 @@ use crate::support::{RADIANS_PER_BIT, worst_over_all_angles};
 use fixed::types::I4F28;
 use proptest::prelude::*;
 use serde_json::Value;
-use tautrack::screw::{Geometry, GeometryError};
+use tautrack::screw::{Geometry, GeometryError, SlackLaw};
 use tautrack::units::Angle;
 
 /// What the error over every angle depends on.
@@ -111,6 +111,58 @@ fn every_angle() {
     assert!(length <= 0.08 * LSB, "length {length:e} m");
     assert!(derivative <= 1.5e-7, "derivative {derivative:e} m/rad");
     assert_eq!(disagreement, 0.0, "length() and extension() differ");
+}
+
+/// What the error of a released belt depends on, besides [`SOURCES`].
+const SLACK_SOURCES: [&str; 2] = ["src/screw/slack.rs", "src/screw/table.rs"];
+
+/// Errors of length and derivative of a released belt. The reference is eq. 2 with `K - slack`.
+fn slack_errors(geometry: &Geometry, slack: f32, theta: Angle, sin: f64, cos: f64) -> [f64; 2] {
+    let [l1, l2, k] = [geometry.l1(), geometry.l2(), geometry.k()].map(metres);
+    let k = k - f64::from(slack);
+    let per_u = 1.0 / (k + l1 * cos);
+    let r = 0.5 * (k * k - l1 * l1) * per_u;
+    let extension = SlackLaw::new(geometry).extension(geometry.extension(theta), slack);
+    [
+        metres(extension.length) - (r - l2),
+        metres(extension.derivative) - r * l1 * sin * per_u,
+    ]
+}
+
+#[test]
+fn extension_with_50_mm_of_slack_keeps_its_errors_over_every_angle() {
+    let sources = [&SOURCES[..], &SLACK_SOURCES].concat();
+    unless_unchanged("screw-slack", &sources, || {
+        let nominal = nominal();
+        let [length, derivative] =
+            worst_over_all_angles(|theta, sin, cos| slack_errors(&nominal, 0.05, theta, sin, cos));
+        println!("length {length:.3e} m, derivative {derivative:.3e} m/rad");
+        assert!(length <= 1.5e-8, "length {length:e} m");
+        assert!(derivative <= 1.5e-7, "derivative {derivative:e} m/rad");
+    });
+}
+
+/// A grid of slacks from what the bus can carry to what no extension can give, and angles that
+/// reach every position within a piece.
+#[test]
+fn extension_with_slack_keeps_its_errors_over_a_grid_of_slacks() {
+    let nominal = nominal();
+    let mut worst = [0.0_f64; 2];
+    let slacks = (0..96).map(|step| 0.456 * (step as f32 / 95.0).powi(2));
+    for slack in slacks.chain([1.0 / 16_777_216.0, 1e-6, 1e-4]) {
+        for step in 0..40_000_i32 {
+            let theta = Angle::from_bits(step.wrapping_mul(104_729 * 17 + 2));
+            let (sin, cos) = radians(theta).sin_cos();
+            let errors = slack_errors(&nominal, slack, theta, sin, cos).map(f64::abs);
+            worst = [worst[0].max(errors[0]), worst[1].max(errors[1])];
+        }
+    }
+    println!(
+        "length {:.3e} m, derivative {:.3e} m/rad",
+        worst[0], worst[1]
+    );
+    assert!(worst[0] <= 1.2e-7, "length {:e} m", worst[0]);
+    assert!(worst[1] <= 2e-7, "derivative {:e} m/rad", worst[1]);
 }
 
 #[test]
@@ -371,5 +423,24 @@ proptest! {
         let slack = geometry.slack(theta, length).to_num::<f64>();
         let expected = slack_reference(&geometry, theta, length.to_num()).clamp(-8.0, 8.0);
         prop_assert!((slack - expected).abs() < 1e-5, "{} {}", slack, expected);
+    }
+}
+
+#[test]
+fn a_slack_of_zero_or_nan_changes_nothing_and_an_absurd_one_is_bounded() {
+    let geometry = nominal();
+    let law = SlackLaw::new(&geometry);
+    for bits in (0..1_000_i32).map(|step| step.wrapping_mul(0x0123_4567)) {
+        let taut = geometry.extension(Angle::from_bits(bits));
+        for slack in [0.0, -0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+            assert_eq!(law.extension(taut, slack), taut, "{slack}");
+        }
+        for slack in [0.456, 0.5, 1e9, f32::INFINITY] {
+            assert_eq!(
+                law.extension(taut, slack),
+                law.extension(taut, 0.456),
+                "{slack}"
+            );
+        }
     }
 }

@@ -130,7 +130,6 @@ fn count_screw(table: &mut Table) -> Option<()> {
     let inputs = screw::Inputs {
         axle: shaft.inputs(0, None, &mut Random::new()),
         joint: None,
-        slack: 0,
     };
     let screw = Screw::new(&drive_settings()?).ok()?;
     table.kernel(
@@ -140,14 +139,17 @@ fn count_screw(table: &mut Table) -> Option<()> {
             shaft.step(*bridge);
             let set_point = tick.is_multiple_of(SYNC_TICKS).then(|| SetPoint {
                 controlword: word(tick),
-                mode: mode::TAUT,
-                target: 0,
+                mode: if tick % 256 < 128 {
+                    mode::TAUT
+                } else {
+                    mode::RELEASED
+                },
+                target: 200_000,
             });
             let measured_us = u64::from(tick).saturating_sub(1) * 1_000;
             *inputs = screw::Inputs {
                 axle: shaft.inputs(tick, set_point, random),
                 joint: (tick % SYNC_TICKS == 1).then(|| (joint(tick), measured_us)),
-                slack: if tick % 256 < 128 { 0 } else { 200_000 },
             };
         },
         |(screw, inputs, _, bridge)| *bridge = screw.tick(inputs).bridge,

@@ -4,6 +4,7 @@ use super::counter::Table;
 use super::inputs::{Random, angle, geometry, settings};
 use core::hint::black_box;
 use tautrack::math;
+use tautrack::screw::SlackLaw;
 use tautrack::stability::tipover::Edges;
 use tautrack::units::Angle;
 
@@ -27,6 +28,18 @@ pub fn count(table: &mut Table) -> Option<()> {
         &mut (black_box(geometry(&settings(&[])?)?), Angle::ZERO, None),
         |(_, theta, _), call, _| *theta = angle(call),
         |(geometry, theta, result)| *result = Some(geometry.extension(*theta)),
+    )?;
+    let geometry = geometry(&settings(&[])?)?;
+    let law = SlackLaw::new(&geometry);
+    table.kernel(
+        "screw extension with slack",
+        &mut (black_box((geometry, law)), (Angle::ZERO, 0.0), None),
+        |(_, (theta, slack), _), call, random| {
+            (*theta, *slack) = (angle(call), 0.06 + random.within(0.05));
+        },
+        |((geometry, law), (theta, slack), result)| {
+            *result = Some(law.extension(geometry.extension(*theta), *slack));
+        },
     )?;
     count_tip_over(table)
 }

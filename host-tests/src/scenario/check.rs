@@ -41,7 +41,7 @@ impl Description {
     }
 
     /// Checks that the operator commands only the posture that this robot has: chassis angle,
-    /// clearance, step height or none.
+    /// clearance, step height or none, and releases belts only of a robot with a screw.
     fn check_postures(&self) -> Result<(), Problem> {
         let posture = self.robot.section().posture();
         let step = posture == Posture::Step;
@@ -62,7 +62,20 @@ impl Description {
         if self.operator.step_m != 0.0 && !step {
             return contradiction("operator.step_m", "is no posture of this robot");
         }
+        if self.operator.belts.is_some() && travel.is_none() {
+            return contradiction(
+                "operator.belts",
+                "is for a robot with a screw, which can release its belts",
+            );
+        }
         for (index, event) in self.operator.events.iter().enumerate() {
+            if event.belts.is_some() && travel.is_none() {
+                let key = format!("operator.event[{index}].belts");
+                return contradiction(
+                    &key,
+                    "is for a robot with a screw, which can release its belts",
+                );
+            }
             if let Some(angle_deg) = event.chassis_deg {
                 chassis(&format!("operator.event[{index}].chassis_deg"), angle_deg)?;
             }

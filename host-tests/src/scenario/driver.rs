@@ -19,6 +19,7 @@ impl Operator {
             step_m: 0.0,
             chassis_rate_deg_s: chassis_rate(),
             heading_gain_per_s: 0.0,
+            belts: None,
             request: None,
             events: Vec::new(),
         }

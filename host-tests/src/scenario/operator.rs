@@ -37,6 +37,9 @@ pub struct Operator {
     /// Yaw rate commanded per radian of heading error, 1/s; 0 commands none.
     #[serde(default)]
     pub heading_gain_per_s: f64,
+    /// Whether the belts of B2P2 are released at first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub belts: Option<Belts>,
     /// Request until the first event with another one. Without it the operator requests to arm,
     /// and where the robot starts on a slope he confirms the homing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -83,9 +86,22 @@ pub struct Event {
     /// control.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub yaw_rate_deg_s: Option<f64>,
+    /// Whether the belts of B2P2 are released from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub belts: Option<Belts>,
     /// Request from then on; `arm` until the first one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub request: Option<OperatorRequest>,
+}
+
+/// What the operator wants of B2P2's belts. Every command repeats it until the next change.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Belts {
+    /// Taut.
+    Taut,
+    /// Released by the guard's setting `release_slack`.
+    Released,
 }
 
 /// What the operator requests in addition to motion. Every command repeats it until the next
@@ -173,6 +189,7 @@ impl Event {
             .or(self.yaw_rate_deg_s)
             .is_none()
             && self.request.is_none()
+            && self.belts.is_none()
     }
 
     fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
@@ -186,7 +203,7 @@ impl Event {
             return contradiction(
                 key,
                 "changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, \
-                 yaw_rate_deg_s or request",
+                 yaw_rate_deg_s, belts or request",
             );
         }
         let when = &self.when;

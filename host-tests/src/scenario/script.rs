@@ -1,6 +1,6 @@
 //! Plays the operator's script during a run. The script reads only what is on the bus.
 
-use super::{Operator, OperatorRequest, When};
+use super::{Belts, Operator, OperatorRequest, When};
 use std::f64::consts::PI;
 
 /// What the operator knows, decoded from frames.
@@ -29,6 +29,8 @@ pub struct Ask {
     pub step_m: f64,
     /// Clearance of Hylos, m; the scenario's own value if absent.
     pub clearance_m: Option<f64>,
+    /// Whether the belts shall be released.
+    pub belts: Belts,
     /// Request in addition to the motion.
     pub request: OperatorRequest,
 }
@@ -48,6 +50,7 @@ pub struct Script {
     theta: f64,
     step_m: f64,
     clearance_m: Option<f64>,
+    belts: Belts,
     request: OperatorRequest,
 }
 
@@ -70,6 +73,7 @@ impl Script {
             theta,
             step_m: operator.step_m,
             clearance_m: None,
+            belts: operator.belts.unwrap_or(Belts::Taut),
             request: OperatorRequest::Arm,
         }
     }
@@ -93,6 +97,7 @@ impl Script {
             self.yaw_rate = event.yaw_rate_deg_s.map(f64::to_radians).or(self.yaw_rate);
             self.step_m = event.step_m.unwrap_or(self.step_m);
             self.clearance_m = event.clearance_m.or(self.clearance_m);
+            self.belts = event.belts.unwrap_or(self.belts);
             self.request = event.request.unwrap_or(self.request);
             self.target = event.chassis_deg.map_or(self.target, f64::to_radians);
             self.last_event = now;
@@ -111,6 +116,7 @@ impl Script {
             theta: self.theta,
             step_m: self.step_m,
             clearance_m: self.clearance_m,
+            belts: self.belts,
             request: self.request,
         }
     }

@@ -41,8 +41,6 @@ pub struct Bench {
     pub client: bool,
     /// Motion of the chassis joint, sent to a screw with every SYNC.
     pub joint: Option<DriveMotion>,
-    /// Commanded slack of a screw, 2^-24 m.
-    pub slack: i32,
     /// 1, or -1 if the channels of the encoder are swapped, so that it counts backward.
     pub encoder_sign: i32,
     /// State of the switches at an angle relative to `switch_at`.
@@ -86,7 +84,6 @@ impl Bench {
             torque_offset: None,
             guard_alive: true,
             client: false,
-            slack: 0,
             encoder_sign: 1,
             joint: None,
             switches: |_| Switches::default(),
@@ -139,7 +136,6 @@ impl Bench {
                     .joint
                     .filter(|_| sync)
                     .map(|joint| (joint, self.now_us)),
-                slack: self.slack,
             }),
         };
         self.bridge = outputs.bridge;

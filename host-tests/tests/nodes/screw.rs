@@ -4,7 +4,7 @@
 use super::bench::{Bench, Node, settings, state};
 use super::code;
 use std::f64::consts::TAU;
-use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, status};
+use tautrack::bus::cia402::{CONTROL_HALT, CONTROL_START, State, controlword, mode, status};
 use tautrack::bus::pdo::DriveMotion;
 use tautrack::faults::Fault;
 use tautrack::node::axle::{BridgeDemand, Outputs};
@@ -21,10 +21,15 @@ const K: f64 = 1.232;
 /// Extension at which `L + (L2 + L3) = K`, m. It is computed by bisection on the triangle of the
 /// three axles, independently of the firmware's formula.
 fn taut(theta: f64) -> f64 {
+    taut_with(theta, 0.0)
+}
+
+/// The same for a belt with this slack.
+fn taut_with(theta: f64, slack: f64) -> f64 {
     let excess = |l3: f64| {
         let reach = L2 + l3;
         let l = (L1 * L1 + reach * reach + 2.0 * L1 * reach * theta.cos()).sqrt();
-        l + reach - K
+        l + reach - (K - slack)
     };
     let (mut low, mut high) = (0.0, K);
     for _ in 0..60 {
@@ -128,6 +133,17 @@ fn released() -> f64 {
     f64::from(geometry.released_length().to_bits()) / 268_435_456.0
 }
 
+/// Commands a slack in mode `RELEASED`; 0 in mode `TAUT`.
+fn release(bench: &mut Bench, slack: f64) {
+    let mode = if slack > 0.0 {
+        mode::RELEASED
+    } else {
+        mode::TAUT
+    };
+    let target = (slack * 16_777_216.0) as i32;
+    bench.command(controlword::ENABLE_OPERATION, mode, target);
+}
+
 /// Maximum distance by which the screw may move below the released length, m. One unit of its
 /// position is 0.06 um.
 const DIP: f64 = 20e-6;
@@ -137,7 +153,7 @@ fn a_slack_screw_never_dips_below_the_released_length() {
     let released = released();
     for slack in [5e-3, 30e-3, 0.2] {
         let mut bench = engaged();
-        bench.slack = (slack * 16_777_216.0) as i32;
+        release(&mut bench, slack);
         let (mut theta, mut lowest, mut highest) = (0.0_f64, f64::INFINITY, 0.0_f64);
         for tick in 0..12_000 {
             // Back and forth between 1.2 and -0.4 rad at 0.8 rad/s, with sudden stops.
@@ -160,14 +176,9 @@ fn a_slack_screw_never_dips_below_the_released_length() {
 #[test]
 fn a_slack_that_is_commanded_is_approached_with_the_engage_speed() {
     let mut bench = engaged();
-    for tick in 0..1_600 {
-        bench.joint = Some(joint(f64::from(tick) * 0.5e-3, 0.5));
-        bench.tick();
-    }
-    bench.joint = Some(joint(0.8, 0.0));
-    bench.run(500);
+    raise(&mut bench);
     let before = extension(&bench.tick());
-    bench.slack = (0.01 * 16_777_216.0) as i32;
+    release(&mut bench, 0.01);
     let mut last = before;
     for _ in 0..1_500 {
         let now = extension(&bench.tick());
@@ -176,4 +187,91 @@ fn a_slack_that_is_commanded_is_approached_with_the_engage_speed() {
         last = now;
     }
     assert!(before - last > 3e-3, "it drew back by {} m", before - last);
+}
+
+/// Turns the joint to 0.8 rad at 0.5 rad/s, where the belt can be released by 44 mm.
+fn raise(bench: &mut Bench) {
+    for tick in 0..1_600 {
+        bench.joint = Some(joint(f64::from(tick) * 0.5e-3, 0.5));
+        bench.tick();
+    }
+    bench.joint = Some(joint(0.8, 0.0));
+    bench.run(500);
+}
+
+/// The screw is released, and something holds the belt: tightening it takes more than the current
+/// limit gives.
+#[test]
+fn a_belt_that_cannot_be_pulled_back_is_reported_and_the_screw_gets_no_current() {
+    let mut bench = engaged();
+    raise(&mut bench);
+    release(&mut bench, 0.03);
+    bench.run(2_000);
+    release(&mut bench, 0.0);
+    bench.stuck = true;
+    let reported = (0..2_000).find_map(|_| code(&bench.tick()));
+    assert_eq!(reported, Some(Fault::Blocked));
+    for _ in 0..1_000 {
+        let outputs = bench.tick();
+        assert_eq!(state(&outputs), Some(State::Fault));
+        assert_eq!(outputs.bridge, BridgeDemand::Brake);
+    }
+}
+
+/// The joint turns faster than the velocity limit lets the screw follow: 111 mm/s.
+#[test]
+fn a_joint_that_turns_too_fast_for_a_released_screw_is_reported() {
+    let mut bench = engaged();
+    raise(&mut bench);
+    release(&mut bench, 0.02);
+    bench.run(1_500);
+    let mut theta = 0.8;
+    let reported = (0..1_000).find_map(|_| {
+        theta += 1.5e-3;
+        bench.joint = Some(joint(theta, 1.5));
+        code(&bench.tick())
+    });
+    assert!(
+        matches!(reported, Some(Fault::FollowingError | Fault::DuplicateId)),
+        "{reported:?}"
+    );
+}
+
+/// In halts, holds and other modes the screw keeps its place. From there the belt gets the
+/// commanded slack without a jump, also when the joint has turned meanwhile.
+#[test]
+fn a_released_screw_goes_on_from_where_it_is_after_a_halt_a_hold_and_another_mode() {
+    let halt = controlword::ENABLE_OPERATION | CONTROL_HALT;
+    for (word, mode) in [
+        (halt, mode::RELEASED),
+        (controlword::QUICK_STOP, mode::RELEASED),
+        (controlword::ENABLE_OPERATION, mode::CYCLIC_VELOCITY),
+        (controlword::ENABLE_OPERATION, mode::TAUT),
+    ] {
+        let mut bench = engaged();
+        raise(&mut bench);
+        release(&mut bench, 0.04);
+        bench.run(1_000);
+        bench.command(word, mode, 0);
+        bench.run(40);
+        for tick in 0..100 {
+            bench.joint = Some(joint(0.8 + f64::from(tick) * 0.5e-3, 0.5));
+            bench.tick();
+        }
+        bench.joint = Some(joint(0.85, 0.0));
+        let mut last = extension(&bench.run(200));
+        release(&mut bench, 0.04);
+        for tick in 0..4_000 {
+            let outputs = bench.tick();
+            assert_eq!(code(&outputs), None, "{word:#x} {mode} {tick}");
+            let now = extension(&outputs);
+            // Twice the engage speed, because the slack and the distance to it change at once, plus
+            // the loops.
+            let step = (now - last).abs();
+            assert!(step < 50e-6, "{word:#x} {mode} {tick}: {} m/s", step * 1e3);
+            last = now;
+        }
+        let expected = taut_with(0.85, 0.04);
+        assert!((last - expected).abs() < 1e-4, "{mode}: {last} {expected}");
+    }
 }

@@ -53,9 +53,7 @@ fn searched(pulleys: &Pulleys, corners: &[DVec2], count: usize) -> f64 {
         outside
             && corners.iter().all(|corner| {
                 let [start, end, at] = [from, to, *corner].map(|place| along.dot(place));
-                at <= start + 1e-9
-                    || at >= end - 1e-9
-                    || line.perp_dot(*corner - from) <= 1e-9
+                at <= start + 1e-9 || at >= end - 1e-9 || line.perp_dot(*corner - from) <= 1e-9
             })
     };
     // Cheapest way to each corner from pulley 1, in the order of the corners.
@@ -127,7 +125,9 @@ fn the_belt_takes_the_shortest_way_over_the_corners() {
         let added = length(&path) - length(&Path::around(&pulleys, &[], true));
         let expected = searched(&pulleys, &corners, 720) - searched(&pulleys, &[], 720);
         worst = worst.max((added - expected).abs());
-        if (added - expected).abs() > 1e-5 { println!("{theta} {front} {corners:?} {added} {expected}"); }
+        if (added - expected).abs() > 1e-5 {
+            println!("{theta} {front} {corners:?} {added} {expected}");
+        }
     }
     println!("{pressed} corners pressed; worst difference {worst:e} m");
     assert!(pressed > 500 && worst < 2e-6, "{pressed}, {worst}");
@@ -141,7 +141,10 @@ fn without_corners_the_belt_is_as_long_as_the_law_says() {
         let pulleys = pulleys(p.l1, p.taut_length(theta), theta);
         let found = length(&Path::around(&pulleys, &[], true));
         let law = p.k + p.l1 + PI * RADIUS;
-        assert!((found - law).abs() < 1e-12, "{step} degrees: {found}, {law}");
+        assert!(
+            (found - law).abs() < 1e-12,
+            "{step} degrees: {found}, {law}"
+        );
     }
 }
 
@@ -169,14 +172,20 @@ fn a_corner_holds_the_belt_up_to_the_friction_of_its_bend() {
             let (tensions, touches) =
                 material.tensions(&belt, &sections, &[0.0; 2], RADIUS, fed, friction);
             ratio = tensions[0] / tensions[1];
-            assert!(direction * touches[0].sliding >= -1e-12, "slides against the motion");
+            assert!(
+                direction * touches[0].sliding >= -1e-12,
+                "slides against the motion"
+            );
         }
         let mut integrated = 1.0;
         for _ in 0..100_000 {
             integrated += integrated * friction * bend / 100_000.0;
         }
         let found = if direction > 0.0 { ratio } else { 1.0 / ratio };
-        assert!((found / integrated - 1.0).abs() < 1e-4, "{found}, {integrated}");
+        assert!(
+            (found / integrated - 1.0).abs() < 1e-4,
+            "{found}, {integrated}"
+        );
     }
 }
 
@@ -220,10 +229,21 @@ fn ground_and_corners_carry_the_weight_of_a_robot_on_its_belts() {
     for _ in 0..6 {
         let l = robot.mean(0.0, 0.5, |robot| robot.plant.lift());
         let t = robot.plant.truth();
-        println!("{l} {} {} {} {:?} {:?} {:?}", t.pitch, t.cog[2], t.cog[0], t.contacts, t.channels, robot.plant.belt_corners().collect::<Vec<_>>());
+        println!(
+            "{l} {} {} {} {:?} {:?} {:?}",
+            t.pitch,
+            t.cog[2],
+            t.cog[0],
+            t.contacts,
+            t.channels,
+            robot.plant.belt_corners().collect::<Vec<_>>()
+        );
     }
     let lift = robot.mean(0.0, 0.5, |robot| robot.plant.lift());
-    assert!((lift - WEIGHT).abs() < 2e-3 * WEIGHT, "{lift} N for {WEIGHT} N");
+    assert!(
+        (lift - WEIGHT).abs() < 2e-3 * WEIGHT,
+        "{lift} N for {WEIGHT} N"
+    );
 }
 
 #[test]

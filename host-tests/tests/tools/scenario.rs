@@ -150,7 +150,7 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "chassis_deg = 0.0\n",
             "\n",
-            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s or request",
+            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s, belts or request",
         ),
         (
             "[20.0, 28.0]",
@@ -672,4 +672,21 @@ fn an_operators_request_stays_until_the_next_and_is_to_arm_before_the_first() {
     assert_eq!(at(1.0), (OperatorRequest::EmergencyStop, 0.13));
     assert_eq!(at(2.0), (OperatorRequest::EmergencyStop, 0.2));
     assert_eq!(at(3.0), (OperatorRequest::Reset, 0.2));
+}
+
+#[test]
+fn belts_of_a_robot_without_a_screw_are_refused() {
+    let changed = |key: &str| refusal("chassis_deg = 0.0", key);
+    let got = changed("belts = \"loose\"");
+    assert!(got.contains("loose") && got.contains("released"), "{got}");
+    let path = scenarios().join("crawler/slope.toml");
+    let text = std::fs::read_to_string(path).expect("a scenario");
+    for key in ["belts = \"released\"\n", "belts = \"taut\"\n"] {
+        let text = text.replacen("speed_mps", &format!("{key}speed_mps"), 1);
+        let got = Scenario::parse(&text, "bad.toml").unwrap_err().to_string();
+        assert!(
+            got.contains("operator") && got.contains("is for a robot with a screw"),
+            "{got}"
+        );
+    }
 }

@@ -223,6 +223,8 @@ pub mod mode {
     /// Taut: the screw keeps the belt taut. The screw computes its set-point from the motion of the
     /// chassis joint.
     pub const TAUT: i8 = -1;
+    /// Released: as [`TAUT`], and the target is the slack that the screw gives the belt, 2^-24 m.
+    pub const RELEASED: i8 = -2;
     /// Profile position: the set-point moves to the target with a trapezoidal velocity profile.
     pub const PROFILE_POSITION: i8 = 1;
     /// Profile velocity: the velocity ramps to the target.
@@ -236,13 +238,19 @@ pub mod mode {
     /// Cyclic synchronous torque: the torque approaches the newest target with the torque slope.
     pub const CYCLIC_TORQUE: i8 = 10;
 
-    /// Returns whether a drive has this mode; 0 is no mode. An axle holds its position in the mode
+    /// Returns whether a drive has this mode; 0 is no mode. An axle holds its position in the modes
     /// of the screw.
     pub fn is_supported(mode: i8) -> bool {
         matches!(
             mode,
-            TAUT | 0 | PROFILE_POSITION | PROFILE_VELOCITY | HOMING
+            RELEASED | TAUT | 0 | PROFILE_POSITION | PROFILE_VELOCITY | HOMING
         ) || matches!(mode, CYCLIC_POSITION | CYCLIC_VELOCITY | CYCLIC_TORQUE)
+    }
+
+    /// Returns whether the set-point is the screw's own: it follows the law of the belt.
+    #[inline]
+    pub fn follows_joint(mode: i8) -> bool {
+        matches!(mode, TAUT | RELEASED)
     }
 
     /// Returns whether the set-point of a drive in this mode is a position.
@@ -333,8 +341,8 @@ mod tests {
     }
 
     #[test]
-    fn seven_modes_and_none_are_supported_and_three_of_them_command_no_position() {
-        let supported: [i8; 8] = [-1, 0, 1, 3, 6, 8, 9, 10];
+    fn eight_modes_and_none_are_supported_and_three_of_them_command_no_position() {
+        let supported: [i8; 9] = [-2, -1, 0, 1, 3, 6, 8, 9, 10];
         for mode in i8::MIN..=i8::MAX {
             assert_eq!(
                 mode::is_supported(mode),
@@ -373,6 +381,6 @@ mod tests {
             status::ALIGNING,
         ];
         assert_eq!(status, [0x0400, 0x0800, 0x1000, 0x2000, 0x4000, 0x8000]);
-        assert_eq!(mode::TAUT, -1);
+        assert_eq!((mode::TAUT, mode::RELEASED), (-1, -2));
     }
 }

@@ -102,10 +102,14 @@ pub enum Request {
 /// is held.
 pub const DEAD_MAN_HELD: u8 = 0x80;
 
+/// Bit of [`OperatorCommand::request`] that is added to the [`Request`] while the belts shall be
+/// released. Robots without a screw ignore it.
+pub const BELTS_RELEASED: u8 = 0x40;
+
 impl Request {
     /// Returns the request in a command byte. Unknown values are [`Request::Stop`].
     pub fn from_byte(byte: u8) -> Self {
-        match byte & !DEAD_MAN_HELD {
+        match byte & !(DEAD_MAN_HELD | BELTS_RELEASED) {
             0 => Self::Disarm,
             1 => Self::Arm,
             3 => Self::Reset,
@@ -169,7 +173,7 @@ mod tests {
         assert_eq!(received, [0x200, 0x300, 0x400, 0x500]);
     }
 
-    /// With and without the dead-man switch. What no request has stops.
+    /// With and without each flag. What no request has stops.
     #[test]
     fn every_request_is_read_from_its_byte() {
         let requests = [
@@ -184,11 +188,21 @@ mod tests {
         ];
         for (byte, request) in (0..).zip(requests) {
             assert_eq!(request as u8, byte);
-            assert_eq!(Request::from_byte(byte), request);
-            assert_eq!(Request::from_byte(byte | DEAD_MAN_HELD), request);
+            for flags in [
+                0,
+                DEAD_MAN_HELD,
+                BELTS_RELEASED,
+                DEAD_MAN_HELD | BELTS_RELEASED,
+            ] {
+                assert_eq!(Request::from_byte(byte | flags), request);
+            }
         }
-        for byte in 8..=0x7f {
-            assert_eq!(Request::from_byte(byte), Request::Stop);
+        for byte in 0..=u8::MAX {
+            let unknown = byte & 0x38 != 0;
+            assert!(
+                !unknown || Request::from_byte(byte) == Request::Stop,
+                "{byte:#x}"
+            );
         }
     }
 }

@@ -124,6 +124,12 @@ impl BusUnits {
         }
     }
 
+    /// Converts a length in m to bus units. Saturates; 0 for NaN. `None` for a turning axle.
+    #[inline]
+    pub fn length(&self, metres: f32) -> Option<i32> {
+        self.linear.then(|| to_i32(metres / self.position))
+    }
+
     /// Converts the load of the output shaft to bus units: a torque in N m, for a screw a force in
     /// N. Saturates; 0 for NaN.
     pub fn load(&self, load: f32) -> i16 {

@@ -1,16 +1,15 @@
-//! The node of the driving screw: an axle that computes its own set-point. So `L + (L2 + L3) = K`
-//! holds for the present chassis angle, not for the angle at the time when the joint's node sent
-//! it.
+//! The node of the driving screw: an axle that computes its own set-point. So
+//! `L + (L2 + L3) = K - slack` holds for the present chassis angle, not for the angle at the time
+//! when the joint's node sent it. The slack is 0 in mode "taut", and commanded in mode "released".
 
-use super::axle::{Axle, Inputs as AxleInputs, Outputs};
-use crate::bus::cia402::mode;
+use super::axle::{Axle, Belt, Inputs as AxleInputs, Outputs};
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::Scale;
 use crate::constants::CONTROL_PERIOD;
 use crate::faults::Fault;
 use crate::math::{Turns, to_i32};
 use crate::motor::profile::Motion;
-use crate::screw::{Geometry, GeometryError, metres};
+use crate::screw::{Geometry, GeometryError, SlackLaw, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::Angle;
 use core::borrow::Borrow;
@@ -23,9 +22,6 @@ pub struct Inputs {
     /// Motion of the chassis joint (2^-32 turn, 1e-6 rad/s) and the time of its measurement, us, if
     /// a frame came.
     pub joint: Option<(DriveMotion, u64)>,
-    /// Commanded slack of the belt, 2^-24 m. 0 is taut; a negative value counts as 0. The slack is
-    /// approached with the engage speed.
-    pub slack: i32,
 }
 
 /// State of the screw.
@@ -38,26 +34,29 @@ pub struct Screw<G = Geometry> {
     joint_timeout_us: u64,
     /// Travel in one tick at the engage speed, 2^-32 turn; not negative.
     engage_step: Turns,
-    /// Travel in one tick at the engage speed, as slack in 2^-24 m, at least 1; and the present
-    /// slack.
-    slack_step: i32,
+    slack_law: SlackLaw,
+    /// Present slack of the belt, its largest value, and its largest change in one tick, at least
+    /// 1; all in 2^-24 m and not negative.
     slack: i32,
-    /// `L2`, m.
-    l2: f32,
-    /// Terms of the slack: `2 K`, m, and `K^2 - L1^2`, m^2.
-    slack_terms: (f32, f32),
-    /// Half of `K - L1`, 2^-24 m. It is more slack than any extension can give.
-    most_slack: i32,
+    slack_limit: i32,
+    slack_step: i32,
+    /// The belt has not the commanded slack.
+    lacks_slack: bool,
     /// Distance that is left to take up since the mode began, 2^-32 turn. It goes to zero at the
     /// engage speed.
     remaining: Turns,
-    /// Position of the taut belt in the previous tick, and the largest step from there, 2^-32 turn.
-    taut: Turns,
+    /// Position by the law of the belt in the previous tick, and the largest step from there, 2^-32
+    /// turn.
+    law: Turns,
     longest_step: Turns,
 }
 
-/// Largest step of the taut belt's length in a tick beyond what the velocity limit allows, m.
-/// Measured motions of the joint differ by less from those that the screw has extrapolated.
+/// Units of a slack per metre.
+const UNITS: f32 = 16_777_216.0;
+
+/// Largest step of the extension by the law of the belt in a tick, beyond what the velocity limit
+/// allows, m. Measured motions of the joint differ by less from those that the screw has
+/// extrapolated.
 const UNEXPECTED_STEP: f32 = 0.5e-3;
 
 /// Overshoot of a screw that stops from 1 m/s, 2^-28 m. This is 10 ms: three time constants of the
@@ -105,10 +104,6 @@ impl<G: Borrow<Geometry>> Screw<G> {
     pub fn with_geometry(settings: &Settings, geometry: G) -> Self {
         let length = |setting| settings.get(setting);
         let table = geometry.borrow();
-        let (l1, k) = (
-            settings.si(Setting::LengthL1),
-            settings.si(Setting::LengthK),
-        );
         let scale = Scale::linear(length(Setting::ScrewLead));
         let released = i64::from(table.released_length().to_bits());
         let retreat = (i64::from(length(Setting::HomingRetreat)) << 28) / 1_000_000;
@@ -121,7 +116,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let unexpected = scale.shaft_velocity_from_linear(UNEXPECTED_STEP);
         let longest_step = settings.si(Setting::VelocityLimit) * CONTROL_PERIOD + unexpected;
         let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
-        let slack_step = to_i32(engage_metres * (CONTROL_PERIOD * 16_777_216.0));
+        let slack_law = SlackLaw::new(table);
         Self {
             axle: Axle::with_scale::<false>(settings, scale, reference, Some(travel)),
             geometry,
@@ -129,13 +124,13 @@ impl<G: Borrow<Geometry>> Screw<G> {
             joint: None,
             joint_timeout_us: settings.milliseconds(Setting::JointTimeout),
             engage_step: Turns::from_radians(engage_speed * CONTROL_PERIOD),
-            slack_step,
+            slack_law,
             slack: 0,
-            l2: settings.si(Setting::LengthL2),
-            slack_terms: (k + k, (k - l1) * (k + l1)),
-            most_slack: to_i32(0.5 * (k - l1) * 16_777_216.0),
+            slack_limit: to_i32(settings.si(Setting::SlackLimit) * UNITS),
+            lacks_slack: false,
+            slack_step: to_i32(engage_metres * (CONTROL_PERIOD * UNITS)),
             remaining: Turns::ZERO,
-            taut: Turns::ZERO,
+            law: Turns::ZERO,
             longest_step: Turns::from_radians(longest_step),
         }
     }
@@ -156,13 +151,14 @@ impl<G: Borrow<Geometry>> Screw<G> {
         if inputs.joint.is_some() {
             self.joint = inputs.joint;
         }
-        let taut = self.taut(inputs);
-        self.axle.tick_following(&inputs.axle, taut)
+        let belt = self.follow(inputs);
+        self.axle
+            .tick_following(&inputs.axle, belt, self.lacks_slack)
     }
 
     /// Computes the set-point that gives the belt its present slack, for the joint's motion
     /// extrapolated to now.
-    fn taut(&mut self, inputs: &Inputs) -> Result<Motion, Fault> {
+    fn follow(&mut self, inputs: &Inputs) -> Belt {
         let (motion, measured_us) = self.joint.ok_or(Fault::JointLost)?;
         let age_us = inputs.axle.now_us.saturating_sub(measured_us);
         if age_us > self.joint_timeout_us {
@@ -173,12 +169,19 @@ impl<G: Borrow<Geometry>> Screw<G> {
         // a turn, beyond which it has no meaning.
         let moved = rate * (age_us as u32 as f32 * (1e-6 * Turns::PER_RADIAN));
         let theta = Angle::from_bits(motion.position) + Angle::from_bits(to_i32(moved));
-        let extension = self.geometry.borrow().extension(theta);
+        let follows = self.axle.follows_joint();
+        let moves = follows && self.axle.is_free();
+        let withheld = moves && self.update_slack();
+        if !follows {
+            // It engages from wherever its shaft is.
+            self.slack = 0;
+        }
+        let taut = self.geometry.borrow().extension(theta);
+        let slack = self.slack as f32 * (1.0 / UNITS);
+        let extension = self.slack_law.extension(taut, slack);
 
         let speed = metres(extension.derivative) * rate;
-        self.update_slack(inputs.slack);
-        let retreat = self.retreat(metres(extension.length));
-        let length = extension.length.to_bits().saturating_sub(retreat);
+        let length = extension.length.to_bits();
         // A screw that moves inward overshoots where it stops, by less than its speed times
         // `OVERSHOOT`.
         let overshoot = to_i32(speed * -OVERSHOOT);
@@ -192,24 +195,23 @@ impl<G: Borrow<Geometry>> Screw<G> {
             (length, speed)
         };
         let law = self.scale.shaft_from_length(i64::from(length));
-        let step = law - core::mem::replace(&mut self.taut, law);
+        let step = law - core::mem::replace(&mut self.law, law);
 
-        if self.axle.operates_in(mode::TAUT) {
-            // No joint moves like this: another node sends in its name, or its position is lost.
-            if step.distance() > self.longest_step.distance() {
-                return Err(Fault::DuplicateId);
-            }
-            let step = self.engage_step;
-            self.remaining = if self.remaining > step {
-                self.remaining - step
-            } else if self.remaining < -step {
-                self.remaining + step
-            } else {
-                Turns::ZERO
-            };
-        } else {
-            self.remaining = self.axle.position() - law;
+        // No joint moves like this: another node sends in its name, or its position is lost.
+        if follows && step.distance() > self.longest_step.distance() {
+            return Err(Fault::DuplicateId);
         }
+        let step = self.engage_step;
+        self.remaining = if !moves {
+            self.axle.position() - law
+        } else if self.remaining > step {
+            self.remaining - step
+        } else if self.remaining < -step {
+            self.remaining + step
+        } else {
+            Turns::ZERO
+        };
+        self.lacks_slack = withheld || at_end && self.slack > 0;
         Ok(Motion {
             position: law + self.remaining,
             velocity: self.scale.shaft_velocity_from_linear(speed),
@@ -218,43 +220,14 @@ impl<G: Borrow<Geometry>> Screw<G> {
     }
 
     /// Moves the present slack towards the commanded one, by at most what the engage speed allows
-    /// in a tick.
-    fn update_slack(&mut self, commanded: i32) {
-        let commanded = if commanded <= 0 {
-            0
-        } else if commanded < self.most_slack {
-            commanded
-        } else {
-            self.most_slack
-        };
-        // Both are between 0 and `most_slack`.
-        let change = commanded - self.slack;
-        self.slack = if change > self.slack_step {
-            self.slack + self.slack_step
-        } else if change < -self.slack_step {
-            self.slack - self.slack_step
-        } else {
-            commanded
-        };
-    }
-
-    /// Returns how far the screw draws back from the extension `length`, m, to give the belt its
-    /// present slack. The result is in 2^-28 m.
-    ///
-    /// By eq. 2 of Paillat et al. the length of the front is
-    /// `r = (K^2 - L1^2) / (2 (K + L1 cos theta))`. The difference between this length for `K` and
-    /// for `K - s` is `s r (2 K - s - 2 r) / (K^2 - L1^2 - 2 s r)`, which does not contain theta.
-    /// The error of single precision is 0.2 um, which has no effect on a slack belt.
-    fn retreat(&self, length: f32) -> i32 {
-        if self.slack == 0 {
-            return 0;
-        }
-        let (s, r) = (self.slack as f32 * (1.0 / 16_777_216.0), length + self.l2);
-        let (two_k, squares) = self.slack_terms;
-        let (sr, front) = (s * r, r + r);
-        // The result is below 8 m.
-        let retreat = sr * (two_k - s - front) / (squares - (sr + sr));
-        to_i32(retreat * 268_435_456.0)
+    /// in a tick. Returns whether the command is outside of what the settings allow.
+    fn update_slack(&mut self) -> bool {
+        let commanded = self.axle.commanded_slack();
+        // Both ends are constants, and 0 is the lower one.
+        let allowed = commanded.max(0).min(self.slack_limit);
+        let change = allowed - self.slack;
+        self.slack += change.max(-self.slack_step).min(self.slack_step);
+        allowed != commanded
     }
 }
 

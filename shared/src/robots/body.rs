@@ -61,8 +61,8 @@ pub enum Goal {
     MoveTo(Target),
     /// Run at this speed, rad/s.
     Velocity(f32),
-    /// Keep the belt taut.
-    Taut,
+    /// Keep this slack of the belt, m; 0 and below is taut.
+    Belt(f32),
 }
 
 /// Torque feed-forward of a drive: the expected load, which the drive applies before any position
@@ -154,6 +154,12 @@ pub trait Body: Sized {
     /// [`Body::observe`].
     fn receive_speed(&mut self, _along_heading: f32, _: &Attitude) {}
 
+    /// Posture that the operator commands by a word on the bus, and by the flag that releases the
+    /// belts. Only a robot whose belts can be released knows the flag.
+    fn commanded_posture(&self, word: i16, _belts_released: bool) -> Self::Posture {
+        Self::Posture::from_word(word)
+    }
+
     /// Updates the robot's state from its drives and the attitude filter, `period` s after the
     /// previous call.
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, period: f32);
@@ -224,6 +230,12 @@ pub trait Body: Sized {
 
     /// Posture of the present set-points.
     fn posture(&self) -> Self::Posture;
+
+    /// Slack of the belts, m, of a robot that has a screw: that of the present set-points, and the
+    /// measured one, negative where a belt is strained.
+    fn slack(&self) -> [f32; 2] {
+        [0.0; 2]
+    }
 
     /// Distance that the robot has travelled by its encoders, forward positive, um; wraps.
     fn odometry_um(&self) -> i32;

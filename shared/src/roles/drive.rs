@@ -80,9 +80,8 @@ pub trait Motor {
 pub trait Control {
     /// Returns the axle.
     fn axle(&mut self) -> &mut Axle;
-    /// Runs a tick. A screw also gets the motion of its joint with the time of its measurement, us,
-    /// and the commanded slack, 2^-24 m.
-    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>, slack: i32) -> Outputs;
+    /// Runs a tick. A screw also gets the motion of its joint with the time of its measurement, us.
+    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs;
 }
 
 impl Control for Axle {
@@ -90,7 +89,7 @@ impl Control for Axle {
         self
     }
 
-    fn tick(&mut self, inputs: Inputs, _: Option<(DriveMotion, u64)>, _: i32) -> Outputs {
+    fn tick(&mut self, inputs: Inputs, _: Option<(DriveMotion, u64)>) -> Outputs {
         Axle::tick(self, &inputs)
     }
 }
@@ -100,8 +99,8 @@ impl<G: Borrow<Geometry>> Control for Screw<G> {
         self.axle_mut()
     }
 
-    fn tick(&mut self, axle: Inputs, joint: Option<(DriveMotion, u64)>, slack: i32) -> Outputs {
-        Screw::tick(self, &screw_control::Inputs { axle, joint, slack })
+    fn tick(&mut self, axle: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs {
+        Screw::tick(self, &screw_control::Inputs { axle, joint })
     }
 }
 
@@ -110,8 +109,8 @@ impl<C: Control> Control for &mut C {
         C::axle(self)
     }
 
-    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>, slack: i32) -> Outputs {
-        C::tick(self, inputs, joint, slack)
+    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs {
+        C::tick(self, inputs, joint)
     }
 }
 
@@ -245,12 +244,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         let mut inputs = self.objects.inputs(&readings, now_us);
         let restart = self.core.restarts() && self.leave(&mut inputs);
         let joint = self.objects.heard.joint.take();
-        let slack = self.objects.values.get(screw::OBJECT2101);
-        if inputs.guard_received {
-            // A slack is for bench mode.
-            self.objects.values.set(screw::OBJECT2101, 0);
-        }
-        let outputs = self.control.tick(inputs, joint, slack);
+        let outputs = self.control.tick(inputs, joint);
         self.finish(&inputs, &outputs, motor);
         if let Some(code) = outputs.emergency {
             self.core.report(code, send);

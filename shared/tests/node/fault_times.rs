@@ -321,7 +321,6 @@ fn time_of_screw() -> usize {
     let mut inputs = screw::Inputs {
         axle: rig.inputs.expect("inputs of an axle"),
         joint: None,
-        slack: 0,
     };
     inputs.axle.bench_mode = true;
     // 0.226 m for a straight chassis, at 5 mm a turn; something else turns the shaft that far.

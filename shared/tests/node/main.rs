@@ -38,6 +38,7 @@ mod motor_faults;
 #[cfg(feature = "lockstep")]
 #[path = "../support/random.rs"]
 mod random;
+mod releasing;
 mod sequences;
 #[path = "../support/sweep.rs"]
 mod sweep;

@@ -37,6 +37,8 @@ enum Goal {
     Stand,
     Move(i32),
     Taut,
+    /// Release the belt by this slack, 2^-24 m.
+    Release(i32),
 }
 
 impl Goal {
@@ -49,6 +51,7 @@ impl Goal {
             Self::Stand => set_point(up, mode::CYCLIC_VELOCITY, 0),
             Self::Move(speed) => set_point(up, mode::CYCLIC_VELOCITY, speed),
             Self::Taut => set_point(up, mode::TAUT, 0),
+            Self::Release(slack) => set_point(up, mode::RELEASED, slack),
         }
     }
 }
@@ -168,6 +171,7 @@ impl Sequence {
             0 => Goal::Off,
             1 | 2 => Goal::Hold,
             3 => Goal::Stand,
+            4 if self.screw => Goal::Release(random.pick(&[1, 300_000, 2_000_000, -5, i32::MAX])),
             _ if self.screw => Goal::Taut,
             _ => Goal::Move(speed),
         };
@@ -204,7 +208,7 @@ impl Sequence {
         let word = random.pick(&[
             0x00, 0x02, 0x06, 0x07, 0x0f, 0x0f, 0x0f, 0x8f, 0x82, 0x10f, 0x1f,
         ]);
-        let mode = random.pick(&[9, 9, 3, 8, 1, 10, 6, -1, 0]);
+        let mode = random.pick(&[9, 9, 3, 8, 1, 10, 6, -1, -2, 0]);
         let target = random.pick(&[0, 5_900_000, -5_900_000, 300, -300, i32::MAX]);
         let own = random.pick(&[0x080, 0x180, 0x280, 0x380, 0x480, 0x580, 0x700]);
         match random.below(9) {

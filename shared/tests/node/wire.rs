@@ -66,10 +66,10 @@ impl<C: Control> Control for Watched<C> {
         self.control.axle()
     }
 
-    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>, slack: i32) -> Outputs {
+    fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs {
         let found = self.watch.found.take();
         self.axle().report(found);
-        let outputs = self.control.tick(inputs, joint, slack);
+        let outputs = self.control.tick(inputs, joint);
         self.watch.outputs.set(Some(outputs));
         outputs
     }

@@ -10,6 +10,7 @@ mod guard;
 mod hash;
 mod image;
 mod pace;
+mod releasing;
 mod restart;
 mod sensors;
 mod snapshot;

@@ -43,4 +43,7 @@ pub enum ActiveLimit {
     /// The voltage of the bridge does not suffice for a higher speed, or for more torque at this
     /// speed.
     Voltage = 18,
+    /// The belt has not the commanded slack: it is above `slack_limit`, or the screw is at its
+    /// released length.
+    Slack = 19,
 }

@@ -4,12 +4,11 @@ use super::homing::Stage;
 use super::options::Ramp;
 use super::sign_probe::Sign;
 use super::watches::{Power, Readings};
-use super::{Axle, Inputs};
+use super::{Axle, Belt, Inputs};
 use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
 use crate::math::Turns;
 use crate::motor::back_emf::{Findings, Observed};
-use crate::motor::profile::Motion;
 
 /// Faults that a reset clears although homing has not been repeated yet.
 const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
@@ -21,7 +20,7 @@ impl Axle {
     pub(super) fn raise_faults<const WATCHES: bool>(
         &mut self,
         inputs: &Inputs,
-        taut: Option<Result<Motion, Fault>>,
+        belt: Option<Belt>,
     ) {
         let (enabled, powered) = (self.state == State::OperationEnabled, self.energized());
         let aligns = self.commutation.aligns();
@@ -77,8 +76,8 @@ impl Axle {
             present.insert_if(Fault::HomingFailed, stage == Stage::Failed);
             present.insert_if(Fault::HomingMismatch, stage == Stage::Mismatch);
         }
-        if self.operates_in(mode::TAUT)
-            && let Some(Err(fault)) = taut
+        if self.follows_joint()
+            && let Some(Err(fault)) = belt
         {
             present.insert_if(fault, true);
         }

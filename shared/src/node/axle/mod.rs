@@ -54,7 +54,7 @@ pub use interface::{ActiveLimit, BridgeDemand, Inputs, Outputs};
 pub use set_points::SetPoint;
 pub use snapshot::{NO_SENSOR, Snapshot};
 
-use crate::bus::cia402::{DriveCommand, State};
+use crate::bus::cia402::{DriveCommand, State, mode};
 use crate::bus::scale::Scale;
 use crate::faults::{Fault, Faults};
 use crate::math::Turns;
@@ -79,6 +79,9 @@ use stopping::{Exit, Stopping};
 use torque::TorqueMode;
 use watches::{Bounds, Watches};
 use windows::Windows;
+
+/// Set-point that the belt requires of a screw, or the fault because of which it is unknown.
+pub(super) type Belt = Result<Motion, Fault>;
 
 /// State of one axle.
 #[derive(Clone, Debug)]
@@ -128,6 +131,7 @@ pub struct Axle {
     homed: bool,
     end_stops: EndStops,
     active_limit: ActiveLimit,
+    lacks_slack: bool,
     /// Current that was commanded in the previous tick, A.
     demand: f32,
 }
@@ -138,28 +142,26 @@ impl Axle {
         self.run::<true>(inputs, None)
     }
 
-    /// Runs a tick of the screw: [`Axle::tick`] with the set-point of mode
-    /// [`crate::bus::cia402::mode::TAUT`], or with the fault because of which this set-point is
-    /// unknown.
+    /// Runs a tick of the screw: [`Axle::tick`] with the set-point of the modes that follow the
+    /// joint ([`crate::bus::cia402::mode::follows_joint`]), or with the fault because of which this
+    /// set-point is unknown. `lacks_slack` is whether the belt has not the commanded slack.
     pub(super) fn tick_following(
         &mut self,
         inputs: &Inputs,
-        taut: Result<Motion, Fault>,
+        belt: Belt,
+        lacks_slack: bool,
     ) -> Outputs {
-        self.run::<false>(inputs, Some(taut))
+        self.lacks_slack = lacks_slack;
+        self.run::<false>(inputs, Some(belt))
     }
 
     /// `WATCHES` is whether the role may have an [`AngleWatch`]. The program of a role that has
     /// none does not contain its code.
-    fn run<const WATCHES: bool>(
-        &mut self,
-        inputs: &Inputs,
-        taut: Option<Result<Motion, Fault>>,
-    ) -> Outputs {
+    fn run<const WATCHES: bool>(&mut self, inputs: &Inputs, belt: Option<Belt>) -> Outputs {
         self.sense(inputs);
-        self.raise_faults::<WATCHES>(inputs, taut);
+        self.raise_faults::<WATCHES>(inputs, belt);
         self.take_commands(inputs);
-        let demand = self.control(inputs, taut);
+        let demand = self.control(inputs, belt);
         self.outputs::<WATCHES>(inputs, demand)
     }
 
@@ -178,9 +180,24 @@ impl Axle {
         self.reported = self.reported.or(found);
     }
 
-    /// Returns whether the axle is in operation, in `mode`.
-    pub(super) fn operates_in(&self, mode: i8) -> bool {
-        self.state == State::OperationEnabled && self.mode == mode
+    /// Returns whether the axle is in operation, in a mode that follows the joint.
+    pub(super) fn follows_joint(&self) -> bool {
+        self.state == State::OperationEnabled && mode::follows_joint(self.mode)
+    }
+
+    /// Returns whether an axle in operation may move: no halt, exit or brake keeps it from that.
+    pub(super) fn is_free(&self) -> bool {
+        self.exit.is_none() && !self.stopping.halted && self.brake.is_released()
+    }
+
+    /// Returns the commanded slack of the belt, 2^-24 m; 0 in every mode but
+    /// [`mode::RELEASED`].
+    pub(super) fn commanded_slack(&self) -> i32 {
+        if self.mode == mode::RELEASED {
+            self.command.target
+        } else {
+            0
+        }
     }
 
     /// Returns whether the current loop is on.

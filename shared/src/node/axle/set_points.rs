@@ -2,12 +2,12 @@
 
 use super::handshake::Handshake;
 use super::torque::TorqueMode;
-use super::{ActiveLimit, Axle, Inputs};
+use super::{ActiveLimit, Axle, Belt, Inputs};
 use crate::bus::cia402::{
     CONTROL_FAULT_RESET, CONTROL_HALT, CONTROL_START, DriveCommand, State, mode,
 };
 use crate::constants::CONTROL_PERIOD;
-use crate::faults::{Fault, Reaction};
+use crate::faults::Reaction;
 use crate::math::{Bound, Turns, limit};
 use crate::motor::cascade::{Demand, FeedForward};
 use crate::motor::profile::Motion;
@@ -94,9 +94,11 @@ impl Axle {
             self.enter(after);
         }
         if set_point.mode != self.mode {
+            // The modes of the belt are one law: its set-point goes on.
+            let goes_on = mode::follows_joint(self.mode) && mode::follows_joint(set_point.mode);
             self.mode = set_point.mode;
             // A hold has no mode: the axle stays where it is, with the limits that it has.
-            if self.state != State::QuickStopActive {
+            if self.state != State::QuickStopActive && !goes_on {
                 self.select_envelope();
                 self.anchor();
             }
@@ -233,11 +235,7 @@ impl Axle {
         self.within_travel(target)
     }
 
-    pub(super) fn control(
-        &mut self,
-        inputs: &Inputs,
-        taut: Option<Result<Motion, Fault>>,
-    ) -> Option<Demand> {
+    pub(super) fn control(&mut self, inputs: &Inputs, belt: Option<Belt>) -> Option<Demand> {
         self.active_limit = ActiveLimit::None;
         self.stopping.strains = false;
         self.finish_exit();
@@ -256,25 +254,28 @@ impl Axle {
         } else if !released {
             self.hold_on_brake(inputs)
         } else {
-            self.operate(inputs, taut)
+            self.operate(inputs, belt)
         })
     }
 
-    fn operate(&mut self, inputs: &Inputs, taut: Option<Result<Motion, Fault>>) -> Demand {
+    fn operate(&mut self, inputs: &Inputs, belt: Option<Belt>) -> Demand {
         self.offset
             .update(inputs.torque_offset, &self.envelope.cascade);
         let before = self.motion.position;
-        let needs_homing = matches!(
-            self.mode,
-            mode::TAUT | mode::CYCLIC_POSITION | mode::PROFILE_POSITION
-        );
-        match (self.mode, taut) {
+        let needs_homing = mode::follows_joint(self.mode)
+            || matches!(self.mode, mode::CYCLIC_POSITION | mode::PROFILE_POSITION);
+        match (self.mode, belt) {
             _ if needs_homing && !self.homed => {
                 self.active_limit = ActiveLimit::NotHomed;
                 self.motion
                     .toward_velocity(0.0, self.envelope.limits, CONTROL_PERIOD);
             }
-            (mode::TAUT, Some(Ok(motion))) => self.motion = motion,
+            (mode::TAUT | mode::RELEASED, Some(Ok(motion))) => {
+                self.motion = motion;
+                if self.lacks_slack {
+                    self.active_limit = ActiveLimit::Slack;
+                }
+            }
             (mode::CYCLIC_POSITION, _) => {
                 self.interpolation_ticks = self.interpolation_ticks.saturating_sub(1);
                 if self.interpolation_ticks == 0 {

@@ -106,6 +106,7 @@ impl Axle {
             homed: settings.get(Setting::HomingDirection) == 0,
             end_stops: EndStops::default(),
             active_limit: ActiveLimit::None,
+            lacks_slack: false,
             demand: 0.0,
         }
     }

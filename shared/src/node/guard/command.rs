@@ -6,7 +6,7 @@ use super::{Guard, State};
 use crate::bus::pdo::Request;
 use crate::bus::scale::from_milli;
 use crate::faults::Fault;
-use crate::robots::{Body, Command, PostureCommand};
+use crate::robots::{Body, Command};
 use crate::stability::balance;
 use crate::stability::trip::Requests;
 use crate::stability::verdict::Verdict;
@@ -62,7 +62,9 @@ impl<B: Body> Guard<B> {
         let command = Command {
             forward: from_milli(received.forward),
             yaw_rate: from_milli(received.yaw_rate),
-            posture: B::Posture::from_word(received.posture),
+            posture: self
+                .body
+                .commanded_posture(received.posture, self.operator.releases_belts()),
         };
         let (posture, speed) = (self.body.posture(), self.body.speed());
         let (command, admitted) =

@@ -309,6 +309,7 @@ impl Drive {
     pub fn command(&mut self, goal: Goal, homed: bool, now_us: u64) -> Frame {
         let wire = match goal {
             Goal::Position(target) | Goal::MoveTo(target) => self.units.target(target),
+            Goal::Belt(slack) if slack > 0.0 => self.units.length(slack),
             _ => Some(0),
         };
         let (goal, target) = wire.map_or((Goal::Hold, 0), |wire| (goal, wire));
@@ -345,7 +346,8 @@ impl Drive {
             Goal::Home => mode::HOMING,
             Goal::Position(_) => mode::CYCLIC_POSITION,
             Goal::MoveTo(_) => mode::PROFILE_POSITION,
-            Goal::Taut => mode::TAUT,
+            Goal::Belt(_) if target > 0 => mode::RELEASED,
+            Goal::Belt(_) => mode::TAUT,
             Goal::Velocity(target) => {
                 let set_point = VelocitySetPoint {
                     controlword: word,

@@ -44,6 +44,8 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
+    /// Passed and measured slack of the belts, um (objects 0x4004:5 and 0x4004:6).
+    pub slack: [i32; 2],
     /// The robot's state and payload of TPDO 5, once in a SYNC period.
     pub robot: Option<(RobotState, GuardPosition)>,
     /// Number of refused commands (object 0x4005:1).

@@ -6,7 +6,7 @@
 //! commands between those of the first make one. Every request to stop counts at once.
 
 use super::streams::Streams;
-use crate::bus::pdo::{DEAD_MAN_HELD, OperatorCommand, Request};
+use crate::bus::pdo::{BELTS_RELEASED, DEAD_MAN_HELD, OperatorCommand, Request};
 use crate::settings::{Setting, Settings};
 
 /// Number of commands in a row that make a request.
@@ -90,6 +90,11 @@ impl Operator {
 
     pub fn request(&self) -> Request {
         Request::from_byte(self.command.request)
+    }
+
+    /// Returns whether the newest command releases the belts.
+    pub fn releases_belts(&self) -> bool {
+        self.command.request & BELTS_RELEASED != 0
     }
 
     /// Returns whether enough commands in a row have made the newest request.

@@ -3,7 +3,7 @@
 use super::Guard;
 use super::interface::FaultReport;
 use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState};
-use crate::bus::scale::{centi, centidegrees, milli};
+use crate::bus::scale::{centi, centidegrees, micro, milli};
 use crate::estimate::state::{State, Validity};
 use crate::robots::{Body, PostureCommand};
 use crate::stability::verdict::Verdict;
@@ -84,6 +84,7 @@ impl<B: Body> Guard<B> {
             asked_posture: command.posture,
             passed_posture: self.body.posture().word(),
         };
+        outputs.slack = self.body.slack().map(micro);
         outputs.refused = self.tally.refused;
         outputs.scaled = self.tally.scaled;
     }

@@ -2,7 +2,7 @@
 //! precision.
 
 use super::*;
-use crate::bus::cia402::controlword;
+use crate::bus::cia402::{controlword, mode};
 use crate::math::Turns;
 use crate::motor::current::Electrical;
 use crate::node::axle::SetPoint;
@@ -42,7 +42,6 @@ fn inputs(joint: Option<(f64, f64)>) -> Inputs {
             let velocity = (rate * 1e6) as i32;
             (DriveMotion { position, velocity }, 0)
         }),
-        slack: 0,
     }
 }
 
@@ -79,25 +78,46 @@ fn driving(turns: i32, angle: f64) -> Screw {
         controlword::SWITCH_ON,
         controlword::ENABLE_OPERATION,
     ] {
-        assert!(!screw.axle.operates_in(mode::TAUT));
+        assert!(!screw.axle.follows_joint());
         tick(&mut screw, Some(word));
     }
-    assert!(screw.axle.operates_in(mode::TAUT));
+    assert!(screw.axle.follows_joint() && screw.axle.is_free());
     screw
 }
 
+/// Commands a slack, 2^-24 m, in mode `RELEASED`, or mode `TAUT` with a target that it ignores.
+fn command(screw: &mut Screw, slack: Option<i32>) {
+    let mut now = inputs(None);
+    now.axle.set_point = Some(SetPoint {
+        controlword: controlword::ENABLE_OPERATION,
+        mode: if slack.is_some() {
+            mode::RELEASED
+        } else {
+            mode::TAUT
+        },
+        target: slack.unwrap_or(1_000_000),
+    });
+    screw.tick(&now);
+    assert!(screw.axle.follows_joint() && screw.axle.is_free());
+}
+
+/// Slack in bus units.
+fn units(metres: f64) -> i32 {
+    (metres * 16_777_216.0) as i32
+}
+
+fn set_point(screw: &mut Screw, now: &Inputs) -> Motion {
+    screw.follow(now).unwrap()
+}
+
 /// Sends one motion of the joint, and returns the set-point when the belt is engaged.
-fn engaged(screw: &mut Screw, joint: (f64, f64), age_us: u64, slack: i32) -> Motion {
+fn engaged(screw: &mut Screw, joint: (f64, f64), age_us: u64) -> Motion {
     let mut now = inputs(Some(joint));
     now.axle.now_us = age_us;
-    now.slack = slack;
     screw.joint = now.joint;
     // The joint has not moved there: this step is refused.
-    let _ = screw.taut(&now);
-    (0..60_000)
-        .map(|_| screw.taut(&now).unwrap())
-        .last()
-        .unwrap()
+    let _ = screw.follow(&now);
+    (0..60_000).map(|_| set_point(screw, &now)).last().unwrap()
 }
 
 fn metres_of(motion: Motion) -> f64 {
@@ -130,7 +150,7 @@ fn the_set_point_is_the_taut_length_at_the_joint_angle_of_now() {
     for theta in [-3.0, -1.2, -0.05, 0.03, 0.3, 2.0, 3.0] {
         for rate in [-2.0, -0.3, 0.0, 0.5, 2.0] {
             for age_us in [0, 4_000, 24_000] {
-                let motion = engaged(&mut screw, (theta, rate), age_us, 0);
+                let motion = engaged(&mut screw, (theta, rate), age_us);
                 let now = theta + rate * age_us as f64 * 1e-6;
                 let speed = (extension(now + 1e-4, 0.0) - extension(now - 1e-4, 0.0)) / 2e-4 * rate;
                 // An inward motion ends early by 10 ms of its speed.
@@ -161,18 +181,19 @@ fn a_motion_of_the_joint_counts_until_its_timeout_and_no_longer() {
     let mut now = inputs(Some((1.0, 0.0)));
     screw.joint = now.joint;
     now.axle.now_us = 24_000;
-    assert!(screw.taut(&now).is_ok());
+    assert!(screw.follow(&now).is_ok());
     now.axle.now_us += 1;
-    assert_eq!(screw.taut(&now).err(), Some(Fault::JointLost));
+    assert_eq!(screw.follow(&now).err(), Some(Fault::JointLost));
     screw.joint = None;
-    assert_eq!(screw.taut(&now).err(), Some(Fault::JointLost));
+    assert_eq!(screw.follow(&now).err(), Some(Fault::JointLost));
 }
 
 /// The joint is silent. The screw runs to a velocity, or is off.
 #[test]
-fn only_a_screw_that_keeps_the_belt_taut_needs_the_joint() {
+fn only_a_screw_that_follows_the_law_of_the_belt_needs_the_joint() {
     for (mode, controlword, needed) in [
         (mode::TAUT, controlword::ENABLE_OPERATION, true),
+        (mode::RELEASED, controlword::ENABLE_OPERATION, true),
         (mode::CYCLIC_VELOCITY, controlword::ENABLE_OPERATION, false),
         (mode::TAUT, controlword::DISABLE_VOLTAGE, false),
     ] {
@@ -210,7 +231,7 @@ fn the_belt_is_engaged_at_the_engage_speed_from_where_the_shaft_is() {
         assert_eq!(direction > 0.0, turns == 0);
         let ticks = ((taut - start).abs() / ENGAGED) as usize;
         for tick in 1..=ticks + 10 {
-            let at = metres_of(screw.taut(&now).unwrap());
+            let at = metres_of(set_point(&mut screw, &now));
             let expected = if tick <= ticks {
                 start + direction * tick as f64 * ENGAGED
             } else {
@@ -230,17 +251,24 @@ fn while_it_does_not_drive_the_set_point_is_where_the_shaft_is() {
     let mut screw = Screw::new(&Settings::default()).unwrap();
     screw.joint = inputs(Some((1.0, 0.5))).joint;
     for _ in 0..3 {
-        let motion = screw.taut(&inputs(None)).unwrap();
+        let motion = set_point(&mut screw, &inputs(None));
         assert_eq!(motion.position, screw.axle.position());
     }
+}
+
+/// Lets the settings allow every slack that the bus can carry.
+fn unlimited(screw: &mut Screw) {
+    screw.slack_limit = i32::MAX;
 }
 
 #[test]
 fn a_commanded_slack_is_the_slack_of_the_belt() {
     let mut screw = driving(0, 1.0);
+    unlimited(&mut screw);
     for theta in [0.5, 1.0, 1.8, 3.0] {
         for slack in [0.001, 0.01, 0.1, 0.3, 0.44] {
-            let motion = engaged(&mut screw, (theta, 0.0), 0, (slack * 16_777_216.0) as i32);
+            command(&mut screw, Some(units(slack)));
+            let motion = engaged(&mut screw, (theta, 0.0), 0);
             let expected = extension(theta, slack).max(released());
             assert!(
                 (metres_of(motion) - expected).abs() < 2.0 * TOLERANCE,
@@ -248,9 +276,30 @@ fn a_commanded_slack_is_the_slack_of_the_belt() {
                 metres_of(motion)
             );
         }
-        for negative in [i32::MIN, -1, 0] {
-            let motion = engaged(&mut screw, (theta, 0.0), 0, negative);
+        for taut in [Some(i32::MIN), Some(-1), Some(0), None] {
+            command(&mut screw, taut);
+            let motion = engaged(&mut screw, (theta, 0.0), 0);
             assert!((metres_of(motion) - extension(theta, 0.0)).abs() < TOLERANCE);
+        }
+    }
+}
+
+/// Also the speed of a joint that turns while the belt is released.
+#[test]
+fn the_speed_of_a_released_screw_is_that_of_its_extension() {
+    let mut screw = driving(0, 1.0);
+    unlimited(&mut screw);
+    for theta in [1.2, 2.0, 2.9] {
+        for slack in [0.01, 0.06, 0.12] {
+            command(&mut screw, Some(units(slack)));
+            let motion = engaged(&mut screw, (theta, 0.7), 0);
+            let speed = (extension(theta + 1e-4, slack) - extension(theta - 1e-4, slack)) / 2e-4;
+            let shaft = speed * 0.7 / LEAD * TAU;
+            let found = f64::from(motion.velocity);
+            assert!(
+                (found - shaft).abs() < 1e-3 + 1e-4 * shaft.abs(),
+                "{theta} {slack}: {found} {shaft}"
+            );
         }
     }
 }
@@ -258,14 +307,25 @@ fn a_commanded_slack_is_the_slack_of_the_belt() {
 #[test]
 fn slack_comes_and_goes_with_the_engage_speed() {
     let mut screw = driving(0, 1.0);
-    engaged(&mut screw, (2.0, 0.0), 0, 0);
-    let mut now = inputs(Some((2.0, 0.0)));
+    engaged(&mut screw, (2.0, 0.0), 0);
+    let now = inputs(Some((2.0, 0.0)));
     let mut slack = 0.0_f64;
-    for (commanded, ticks) in [(0.02, 1_100), (0.005, 800), (0.0, 300), (0.1, 100)] {
-        now.slack = (commanded * 16_777_216.0) as i32;
+    // The last one is a change of mode in the middle of a release.
+    for (commanded, ticks) in [
+        (Some(0.02), 1_100),
+        (Some(0.005), 800),
+        (None, 300),
+        (Some(0.1), 100),
+        (None, 50),
+    ] {
+        let target = commanded.unwrap_or(0.0);
+        // The tick that takes the command still follows the one before.
+        let before = screw.slack;
+        command(&mut screw, commanded.map(units));
+        slack += f64::from(screw.slack - before) / 16_777_216.0;
         for _ in 0..ticks {
-            slack += (commanded - slack).clamp(-SLACKENED, SLACKENED);
-            let at = metres_of(screw.taut(&now).unwrap());
+            slack += (target - slack).clamp(-SLACKENED, SLACKENED);
+            let at = metres_of(set_point(&mut screw, &now));
             let expected = extension(2.0, slack);
             assert!(
                 (at - expected).abs() < 2.0 * TOLERANCE,
@@ -275,20 +335,46 @@ fn slack_comes_and_goes_with_the_engage_speed() {
     }
 }
 
-/// Half of `K - L1` is more slack than any extension can give. The way back from there takes
-/// 0.456 m at 20 mm/s.
+/// A forged or mistaken target counts as the limit, which the screw names.
 #[test]
-fn after_an_absurd_slack_the_belt_is_taut_again_within_the_time_of_the_largest_slack() {
+fn a_slack_beyond_its_limit_or_that_the_posture_forbids_is_named() {
     let mut screw = driving(0, 1.0);
-    engaged(&mut screw, (3.0, 0.0), 0, i32::MAX);
-    let mut now = inputs(Some((3.0, 0.0)));
-    let largest = 0.5 * (K - L1) / SLACKENED;
-    let ticks = (1..60_000).find(|_| {
-        now.slack = 0;
-        (metres_of(screw.taut(&now).unwrap()) - extension(3.0, 0.0)).abs() < TOLERANCE
-    });
-    let ticks = f64::from(ticks.expect("a taut belt"));
-    assert!((ticks / largest - 1.0).abs() < 1e-3, "{ticks} {largest}");
+    // The joint's angle, and what the screw gives there at most. At 0.3 rad the screw is at its
+    // released length before the belt has the slack.
+    for (theta, commanded, given, named) in [
+        (2.0, 0.119, Some(0.119), false),
+        (2.0, 0.121, Some(0.12), true),
+        (2.0, 100.0, Some(0.12), true),
+        (2.0, -0.001, Some(0.0), true),
+        (0.3, 0.001, Some(0.001), false),
+        (0.3, 0.03, None, true),
+    ] {
+        command(&mut screw, Some(units(commanded)));
+        let at = metres_of(engaged(&mut screw, (theta, 0.0), 0));
+        let expected = given.map_or(released(), |slack| extension(theta, slack));
+        assert!(
+            (at - expected).abs() < 2.0 * TOLERANCE,
+            "{theta} {commanded}: {at} {expected}"
+        );
+        assert_eq!(screw.lacks_slack, named, "{theta} {commanded}");
+    }
+    command(&mut screw, None);
+    engaged(&mut screw, (0.0, 0.0), 0);
+    assert!(!screw.lacks_slack, "taut at its released length");
+}
+
+/// The way back from the limit takes 0.12 m of slack at 20 mm/s.
+#[test]
+fn after_an_absurd_slack_the_belt_is_taut_again_within_the_time_of_the_limit() {
+    let mut screw = driving(0, 1.0);
+    command(&mut screw, Some(i32::MAX));
+    engaged(&mut screw, (3.0, 0.0), 0);
+    let now = inputs(Some((3.0, 0.0)));
+    command(&mut screw, None);
+    let ticks = (1..60_000)
+        .find(|_| (metres_of(set_point(&mut screw, &now)) - extension(3.0, 0.0)).abs() < TOLERANCE);
+    let (ticks, expected) = (f64::from(ticks.expect("a taut belt")), 0.12 / SLACKENED);
+    assert!((ticks / expected - 1.0).abs() < 2e-3, "{ticks} {expected}");
 }
 
 /// The travel is from the home switch, which closes 6 mm below the released length, to the longest

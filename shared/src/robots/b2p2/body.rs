@@ -5,7 +5,7 @@ use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{Turns, limit, min};
+use crate::math::{Turns, limit, max, min, to_i32};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
@@ -13,7 +13,7 @@ use crate::robots::body::{
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
-use crate::screw::{self, Geometry, GeometryError, metres};
+use crate::screw::{self, Extension, Geometry, GeometryError, SlackLaw, metres};
 use crate::settings::{Setting, Settings};
 use crate::stability::step_behind::StepBehind;
 use crate::stability::support::Stance;
@@ -63,6 +63,7 @@ pub struct B2p2 {
     model: Model,
     front: FrontPart,
     geometry: Geometry,
+    slack_law: SlackLaw,
     speed: Limits,
     chassis_limits: Limits,
     gauge: f32,
@@ -79,27 +80,43 @@ pub struct B2p2 {
     tracks: Option<[Position; 2]>,
     odometry: Odometry,
     taut_since_us: Option<u64>,
-    /// Whether the screw keeps the belt taut, because the robot was armed.
-    keeps_taut: bool,
+    /// Whether the screw keeps the slack of the belts, because the robot was armed.
+    keeps_slack: bool,
     /// Set-point of the chassis joint, 2^-32 turn.
     chassis: Motion,
+    /// Set-point of the slack, m, and its largest rate, m/s; the slack that the operator's flag
+    /// commands, m; and the measured slack, m.
+    slack: f32,
+    slack_rate: f32,
+    release_slack: f32,
+    measured_slack: f32,
     /// Forward speed that is passed on; the position of this motion is not used.
     forward: Motion,
     turn: Turn,
     heading: Option<Angle>,
 }
 
-/// Commanded angle of the chassis joint; its word counts 2^-16 turn.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct ChassisAngle(pub Angle);
+/// Commanded shape of the front. On the bus its word is the angle, in 2^-16 turn; the slack comes
+/// from a flag.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct Front {
+    /// Angle of the chassis joint.
+    pub angle: Angle,
+    /// Slack of the belts, m; 0 is taut.
+    pub slack: f32,
+}
 
-impl PostureCommand for ChassisAngle {
+impl PostureCommand for Front {
+    /// With taut belts.
     fn from_word(word: i16) -> Self {
-        Self(Angle::from_bits(i32::from(word) << 16))
+        Self {
+            angle: Angle::from_bits(i32::from(word) << 16),
+            slack: 0.0,
+        }
     }
 
     fn word(self) -> i16 {
-        (self.0.to_bits().wrapping_add(0x8000) >> 16) as i16
+        (self.angle.to_bits().wrapping_add(0x8000) >> 16) as i16
     }
 }
 
@@ -109,14 +126,9 @@ impl B2p2 {
         self.model.stance(&shape, &attitude.level_axes())
     }
 
-    fn next_chassis(
-        &self,
-        ChassisAngle(asked): ChassisAngle,
-        speed_scale: f32,
-        period: f32,
-    ) -> Motion {
+    fn next_chassis(&self, asked: Front, speed_scale: f32, period: f32) -> Motion {
         // The joint turns less than half a turn each way, so the wrapped angle is the angle.
-        let target = Turns::from(asked);
+        let target = Turns::from(asked.angle);
         let mut next = self.chassis;
         let limits = Limits {
             velocity: self.chassis_limits.velocity * speed_scale,
@@ -124,6 +136,29 @@ impl B2p2 {
         };
         next.toward_position(target, limits, period);
         next
+    }
+
+    /// Slack after the time `period`, s, on the way to the commanded one; NaN does not move it.
+    fn next_slack(&self, asked: Front, speed_scale: f32, period: f32) -> f32 {
+        let change = limit(
+            asked.slack - self.slack,
+            self.slack_rate * speed_scale * period,
+        );
+        max(self.slack + change, 0.0)
+    }
+
+    /// Extension by the law of the belts at this chassis angle and slack. The screw does not draw
+    /// back below the released length.
+    fn extension_at(&self, theta: Angle, slack: f32) -> Extension {
+        let taut = self.geometry.extension(theta);
+        let extension = self.slack_law.extension(taut, slack);
+        let length = self.geometry.released_length();
+        // The taut length at angle 0 may be rounded below the released one.
+        if slack > 0.0 && extension.length < length {
+            let derivative = Length::ZERO;
+            return Extension { length, derivative };
+        }
+        extension
     }
 
     /// Commanded yaw rate, or the one that holds the heading while none is commanded.
@@ -154,8 +189,8 @@ impl B2p2 {
     /// Whether all drives are enabled and the screw has held the belt taut for [`TAUT_DWELL_US`].
     fn tight(&mut self, drives: &[DriveState], now_us: u64) -> bool {
         let enabled = drives.iter().all(|drive| drive.enabled);
-        let slack = drive_of(drives, SCREW).position.metres() - self.taut();
-        if !enabled || slack.abs() >= SCREW_THERE {
+        let away = drive_of(drives, SCREW).position.metres() - self.taut();
+        if !enabled || away.abs() >= SCREW_THERE {
             self.taut_since_us = None;
             return false;
         }
@@ -166,7 +201,7 @@ impl B2p2 {
 
 impl Body for B2p2 {
     type Refusal = GeometryError;
-    type Posture = ChassisAngle;
+    type Posture = Front;
 
     const STAGES: &'static [&'static str] = &[
         "homing screw",
@@ -189,6 +224,7 @@ impl Body for B2p2 {
         Ok(Self {
             model: Model::new(settings),
             front: FrontPart::new(&geometry, settings),
+            slack_law: SlackLaw::new(&geometry),
             geometry,
             speed: Limits {
                 velocity: settings.si(Setting::SpeedLimit),
@@ -209,8 +245,12 @@ impl Body for B2p2 {
             tracks: None,
             odometry: Odometry::default(),
             taut_since_us: None,
-            keeps_taut: false,
+            keeps_slack: false,
             chassis: Motion::default(),
+            slack: 0.0,
+            slack_rate: settings.si(Setting::EngageSpeed),
+            release_slack: settings.si(Setting::ReleaseSlack),
+            measured_slack: 0.0,
             forward: Motion::default(),
             turn: Turn::new(Self::half_width(settings), settings),
             heading: None,
@@ -252,6 +292,17 @@ impl Body for B2p2 {
         }
     }
 
+    fn commanded_posture(&self, word: i16, belts_released: bool) -> Front {
+        Front {
+            slack: if belts_released {
+                self.release_slack
+            } else {
+                0.0
+            },
+            ..Front::from_word(word)
+        }
+    }
+
     fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {
         self.kept_shape = (self.theta, self.extension);
         self.joint_known = drive_of(drives, JOINT).homed;
@@ -261,6 +312,10 @@ impl Body for B2p2 {
         }
         if self.screw_known {
             self.extension = drive_of(drives, SCREW).position.metres();
+        }
+        if self.joint_known && self.screw_known {
+            let length = Length::from_bits(to_i32(self.extension * 268_435_456.0));
+            self.measured_slack = metres(self.geometry.slack(self.theta, length));
         }
         let tracks = [LEFT, RIGHT].map(|side| drive_of(drives, side).position);
         if let Some(before) = self.tracks {
@@ -282,23 +337,28 @@ impl Body for B2p2 {
 
     fn stance_ahead(
         &self,
-        asked: &Command<ChassisAngle>,
+        asked: &Command<Front>,
         attitude: &Attitude,
         horizon: f32,
         period: f32,
     ) -> Option<Ahead> {
         let next = self.next_chassis(asked.posture, 1.0, period);
-        let moves = next.position != self.chassis.position;
+        let slack = self.next_slack(asked.posture, 1.0, period + horizon);
+        let slackens = slack != self.slack;
+        let moves = next.position != self.chassis.position || slackens;
         if !moves && next.velocity == 0.0 && self.chassis.velocity == 0.0 {
             return None;
         }
         // From the set-point, not from the measured angle, because the joint will still reach what
         // already passed.
         let ahead = next.position.angle() + Angle::from_radians(next.velocity * horizon);
-        let shape = self.model.shape(ahead, metres(self.geometry.length(ahead)));
-        let lifts = next.position < self.chassis.position && next.position < Turns::ZERO;
+        let extension = metres(self.extension_at(ahead, slack).length);
+        let shape = self.model.shape(ahead, extension);
+        let lowered = next.position < Turns::ZERO;
+        let lifts = next.position < self.chassis.position && lowered;
         let axes = attitude.level_axes();
-        let axes = if lifts {
+        // A lowered front carries the robot, so the body also turns when the screw moves axle 3.
+        let axes = if lifts || slackens && lowered {
             let present = self.model.shape(self.theta, self.extension);
             axes.pitched(present.lift(&shape))
         } else {
@@ -337,12 +397,12 @@ impl Body for B2p2 {
 
     fn advance(
         &mut self,
-        asked: &Command<ChassisAngle>,
+        asked: &Command<Front>,
         allowed: Allowed,
         attitude: &Attitude,
         period: f32,
     ) {
-        self.keeps_taut = true;
+        self.keeps_slack = true;
         // The speed scale applies to what the belts can do, not to a larger command.
         let bounded = self.turn.within(*asked);
         let yaw_rate = self.yaw(bounded.yaw_rate * allowed.speed_scale, attitude);
@@ -354,7 +414,9 @@ impl Body for B2p2 {
         let speed = self.forward.velocity;
         self.turn.advance(driven.yaw_rate, speed, &allowed, period);
         if allowed.posture {
-            self.chassis = self.next_chassis(asked.posture, allowed.limits.posture, period);
+            let scale = allowed.limits.posture;
+            self.slack = self.next_slack(asked.posture, scale, period);
+            self.chassis = self.next_chassis(asked.posture, scale, period);
         } else {
             self.chassis
                 .toward_velocity(0.0, self.chassis_limits, period);
@@ -370,7 +432,7 @@ impl Body for B2p2 {
     }
 
     fn reached(&mut self, stage: u8, drives: &[DriveState], now_us: u64) -> bool {
-        self.keeps_taut = false;
+        (self.keeps_slack, self.slack) = (false, 0.0);
         if stage != TIGHTEN {
             self.taut_since_us = None;
         }
@@ -397,24 +459,28 @@ impl Body for B2p2 {
             (Phase::Armed | Phase::Starting(TIGHTEN), JOINT) => {
                 Goal::Position(Target::Angle(self.chassis.position.angle()))
             }
-            (Phase::Armed | Phase::Starting(TIGHTEN), _) => Goal::Taut,
+            (Phase::Starting(TIGHTEN), _) => Goal::Belt(0.0),
+            (Phase::Armed, _) => Goal::Belt(self.slack),
             (Phase::Starting(HOME_SCREW), SCREW) if !self.screw_known => Goal::Home,
             (Phase::Starting(_), SCREW) => Goal::MoveTo(Target::Length(self.released)),
             (Phase::Starting(HOME_JOINT), JOINT) => Goal::Home,
             (Phase::Starting(STRAIGHTEN), JOINT) => Goal::MoveTo(Target::Angle(Angle::ZERO)),
-            // The belt stays taut as long as the screw can keep it so.
-            (Phase::Held, SCREW) if self.keeps_taut => Goal::Taut,
+            // The belts keep their slack, or stay taut, as long as the screw can keep them so.
+            (Phase::Held, SCREW) if self.keeps_slack => Goal::Belt(self.slack),
             (Phase::Starting(_) | Phase::Held, _) => Goal::Hold,
         }
     }
 
     /// Torque feed-forward for the front part's load, while the joint follows its set-point and the
-    /// belt is taut.
+    /// screw the law of the belts.
     fn offsets(&self, phase: Phase, attitude: &Attitude) -> Vec<Offset, MAX_OFFSETS> {
         if !matches!(phase, Phase::Armed | Phase::Starting(TIGHTEN)) {
             return Vec::new();
         }
-        let load = self.front.load(&self.geometry, &self.chassis, attitude);
+        let theta = self.chassis.position.angle();
+        let extension = self.extension_at(theta, self.slack);
+        let curve = self.slack_law.second_derivative(extension, self.slack);
+        let load = self.front.load(extension, curve, &self.chassis, attitude);
         [(JOINT, load.joint), (SCREW, load.screw)]
             .into_iter()
             .map(|(drive, load)| Offset { drive, load })
@@ -431,9 +497,19 @@ impl Body for B2p2 {
 
     /// Rounded to the resolution of the bus, so that the reported posture is the one that a stop
     /// holds.
-    fn posture(&self) -> ChassisAngle {
-        let angle = self.chassis.position.angle();
-        ChassisAngle::from_word(ChassisAngle(angle).word())
+    fn posture(&self) -> Front {
+        let front = Front {
+            angle: self.chassis.position.angle(),
+            slack: self.slack,
+        };
+        Front {
+            slack: self.slack,
+            ..Front::from_word(front.word())
+        }
+    }
+
+    fn slack(&self) -> [f32; 2] {
+        [self.slack, self.measured_slack]
     }
 
     fn odometry_um(&self) -> i32 {

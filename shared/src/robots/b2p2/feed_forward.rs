@@ -7,7 +7,7 @@ use super::shape::AXLE_3_FROM_BODY_3;
 use crate::estimate::attitude::Attitude;
 use crate::math::sin_cos;
 use crate::motor::profile::Motion;
-use crate::screw::{Geometry, metres};
+use crate::screw::{Extension, Geometry, metres};
 use crate::settings::Settings;
 
 /// Load of the two drives that move the front part.
@@ -33,19 +33,13 @@ pub struct FrontPart {
     /// Moment of inertia about axle 2, as if body 3's centre of mass were at axle 2 along the front
     /// part, kg m^2.
     inertia: f32,
-    /// `L2`, m, and `2 K / (K^2 - L1^2)`, 1/m.
+    /// `L2`, m.
     l2: f32,
-    bend: f32,
 }
 
 impl FrontPart {
     /// Front part with the masses of these settings, in a robot of this geometry.
     pub fn new(geometry: &Geometry, settings: &Settings) -> Self {
-        let (l1, l2, k) = (
-            metres(geometry.l1()),
-            metres(geometry.l2()),
-            metres(geometry.k()),
-        );
         let Masses {
             body_2,
             body_3,
@@ -65,17 +59,15 @@ impl FrontPart {
                 + body_2.mass * (along * along + up * up)
                 + inertia_3
                 + body_3.mass * across * across,
-            l2,
-            bend: 2.0 * k / ((k - l1) * (k + l1)),
+            l2: metres(geometry.l2()),
         }
     }
 
-    /// Load while the joint moves as `chassis`, with the belt taut and the body at rest in
-    /// `attitude`.
+    /// Load while the joint moves as `chassis`, with the body at rest in `attitude`. `extension` is
+    /// that of the screw at this chassis angle, and `curve` its second derivative, m/rad^2.
     ///
     /// These are rows 7 and 8 of `D q'' + C q' - Q` (Paillat et al., eq. 13), with motion of
-    /// joints 7 and 8 only. The screw's rates follow from eq. 2: with `r = L2 + L3`,
-    /// `r'' = 2 r'^2 / r + r - 2 K r^2 / (K^2 - L1^2)`, where the primes are derivatives by theta.
+    /// joints 7 and 8 only.
     /// The coupling through body 3's 0.09 mm across the front part is left out. Ground under the
     /// front and strain in the belt are not known here.
     ///
@@ -83,16 +75,20 @@ impl FrontPart {
     /// (`shared/tests/robots/b2p2_feed_forward.rs`). Cost on Cortex-M4: about 145
     /// instructions.
     #[inline]
-    pub fn load(&self, geometry: &Geometry, chassis: &Motion, attitude: &Attitude) -> Load {
+    pub fn load(
+        &self,
+        extension: Extension,
+        curve: f32,
+        chassis: &Motion,
+        attitude: &Attitude,
+    ) -> Load {
         let theta = chassis.position.angle();
-        let extension = geometry.extension(theta);
         let (reach, slope) = (
             self.l2 + metres(extension.length),
             metres(extension.derivative),
         );
         let (rate, acceleration) = (chassis.velocity, chassis.acceleration);
         let square = rate * rate;
-        let curve = 2.0 * slope * slope / reach + reach - self.bend * reach * reach;
         let sliding = curve * square + slope * acceleration;
 
         // Distance of body 3's centre of mass from axle 2 along the front part.

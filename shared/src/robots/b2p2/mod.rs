@@ -23,7 +23,7 @@ pub mod model;
 pub mod parameters;
 pub mod shape;
 
-pub use body::{B2p2, ChassisAngle};
+pub use body::{B2p2, Front};
 pub use feed_forward::FrontPart;
 pub use masses::Masses;
 pub use model::posture::Posture;

@@ -3,6 +3,7 @@
 //! speed.
 
 use super::super::axle::{OBJECT60FF, OBJECT607A, OBJECT6060, OBJECT6064, OBJECT6071};
+use crate::bus::cia402::mode;
 use crate::bus::node::Values;
 
 /// Targets, as bits.
@@ -54,7 +55,8 @@ pub(super) struct Circumstances {
 
 impl Memory {
     /// Takes over the targets that were `written` since the last tick. A change of mode forgets the
-    /// others. Before operation, the target position is the present one until a client writes it.
+    /// others. Before operation, the target position is the present one, and the slack 0, until a
+    /// client writes it.
     pub fn begin_tick<const N: usize>(&mut self, written: Targets, values: &mut Values<N>) {
         let mode = values.get(OBJECT6060);
         let changes = mode != self.mode;
@@ -91,7 +93,10 @@ impl Memory {
 
     fn forget_unknown<const N: usize>(self, values: &mut Values<N>) {
         if !self.known.has(Targets::POSITION) {
-            values.set(OBJECT607A, values.get(OBJECT6064));
+            // In this mode the target is a slack: none.
+            let released = values.get(OBJECT6060) == mode::RELEASED;
+            let target = if released { 0 } else { values.get(OBJECT6064) };
+            values.set(OBJECT607A, target);
         }
         if !self.known.has(Targets::VELOCITY) {
             values.set(OBJECT60FF, 0);

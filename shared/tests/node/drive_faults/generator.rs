@@ -611,7 +611,6 @@ impl Generator {
                 screw.tick(&screw::Inputs {
                     axle: *inputs,
                     joint,
-                    slack: 0,
                 })
             }
         };

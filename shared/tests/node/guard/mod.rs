@@ -11,6 +11,7 @@ mod identifiers;
 mod operators;
 mod postures;
 mod published;
+mod releasing;
 mod sensing;
 mod sequences;
 mod trips;

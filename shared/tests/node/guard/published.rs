@@ -13,6 +13,7 @@ use tautrack::robots::b2p2::FrontPart;
 use tautrack::screw::Geometry;
 use tautrack::sensors::{BodySensors, Sensor};
 use tautrack::settings::{Setting, Settings};
+use tautrack::units::Angle;
 
 /// A guard whose sensors have read this since its start, half a second ago.
 fn started(body: BodySensors) -> Bench {
@@ -99,7 +100,9 @@ fn an_armed_guard_sends_the_load_of_the_front_part() {
         velocity: 0.0,
         acceleration: 0.0,
     };
-    let load = FrontPart::new(&geometry, &Settings::default()).load(&geometry, &rest, &attitude);
+    let straight = geometry.extension(Angle::ZERO);
+    let front = FrontPart::new(&geometry, &Settings::default());
+    let load = front.load(straight, 0.0, &rest, &attitude);
     let mut bench = Bench::armed();
     bench.run(200);
     let mut sent = [None; 2];

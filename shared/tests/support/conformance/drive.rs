@@ -155,6 +155,9 @@ const ROWS: &[Entry] = &[
     (PreOperational, "the highest node id",
         "23 2201:00 0000007f > 60 2201:00; 40 2201:00 > 43 2201:00 0000007f"),
     (PreOperational, "06090030: 402 605Ah", "2b 605a:00 0003 > 80 605a:00 06090030"),
+    (PreOperational, "402 6060h: manufacturer-specific modes",
+        "2f 6060:00 fe > 60 6060:00; 40 6060:00 > 4f 6060:00 fe; 40 607a:00 > 43 607a:00 00000000; \
+         2f 6060:00 fd > 80 6060:00 06090030"),
     (PreOperational, "06090030: 402 6060h", "2f 6060:00 63 > 80 6060:00 06090030"),
     (PreOperational, "06090030: 402 6098h", "2f 6098:00 01 > 80 6098:00 06090030"),
     (PreOperational, "402 605Ah: its values",

@@ -25,6 +25,7 @@ pub fn beginning(random: &mut Random) -> Description {
             step_m: 0.0,
             chassis_rate_deg_s: 28.6,
             heading_gain_per_s: 1.0,
+            belts: None,
             request: None,
             events: Vec::new(),
         },

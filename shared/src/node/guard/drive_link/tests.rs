@@ -177,7 +177,11 @@ fn only_a_drive_with_a_fault_is_reset_and_a_reset_under_way_goes_on() {
 #[test]
 fn a_drive_starts_homing_in_operation_unless_it_is_homed() {
     for state in [State::SwitchedOn, State::OperationEnabled] {
-        for (goal, homed) in [(Goal::Home, false), (Goal::Home, true), (Goal::Taut, false)] {
+        for (goal, homed) in [
+            (Goal::Home, false),
+            (Goal::Home, true),
+            (Goal::Belt(0.0), false),
+        ] {
             let (mut drive, mut known) = drive();
             drive.receive(&status(state.statusword()), &mut known, 0);
             let sent = set_point(&drive.command(goal, homed, 0));
@@ -185,7 +189,7 @@ fn a_drive_starts_homing_in_operation_unless_it_is_homed() {
             assert_eq!(sent.controlword & CONTROL_START != 0, starts, "{goal:?}");
             let low = sent.controlword & !CONTROL_START;
             assert_eq!(low, controlword::ENABLE_OPERATION, "{goal:?} {state:?}");
-            let mode = if goal == Goal::Taut {
+            let mode = if goal == Goal::Belt(0.0) {
                 mode::TAUT
             } else {
                 mode::HOMING
@@ -200,7 +204,7 @@ fn a_drive_that_left_operation_by_itself_is_not_enabled_again() {
     let (mut drive, mut known) = drive();
     let mut word = |state: State| {
         drive.receive(&status(state.statusword()), &mut known, 0);
-        set_point(&drive.command(Goal::Taut, true, 0)).controlword
+        set_point(&drive.command(Goal::Belt(0.0), true, 0)).controlword
     };
     assert_eq!(word(State::SwitchOnDisabled), controlword::SHUTDOWN);
     assert_eq!(word(State::SwitchedOn), controlword::ENABLE_OPERATION);

@@ -1,0 +1,73 @@
+//! Tests of a robot whose operator releases its belts.
+
+use super::{outcome, scenario, unless_unchanged};
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::scenario::{Belts, Event, Expect, OperatorRequest, When};
+use tautrack_host_tests::world::truth::Truth;
+
+/// Slack of the belts by the plant's angle and extension, m: `K - r - L`.
+fn slack(truth: &Truth) -> f64 {
+    let r = 0.23 + truth.extension;
+    let (sine, cosine) = truth.theta.sin_cos();
+    1.232 - r - (0.32 + r * cosine).hypot(r * sine)
+}
+
+/// The robot raises its front by 45 degrees. Then it releases its belts and stops while it does so.
+/// It goes on, and tightens them.
+#[test]
+fn belts_are_released_kept_in_a_stop_and_tightened() {
+    unless_unchanged("released-belts", || {
+        let scenario = scenario("flat", |description| {
+            description.duration_s = 22.0;
+            description.expect = Expect::default();
+            let event = |time_s: f64| Event {
+                when: When {
+                    time_s: Some(time_s),
+                    ..When::default()
+                },
+                ..Event::default()
+            };
+            description.operator.speed_mps = 0.0;
+            description.operator.chassis_deg = 45.0;
+            description.operator.events = vec![
+                Event {
+                    belts: Some(Belts::Released),
+                    ..event(9.0)
+                },
+                Event {
+                    request: Some(OperatorRequest::Stop),
+                    ..event(10.0)
+                },
+                Event {
+                    request: Some(OperatorRequest::Arm),
+                    ..event(12.0)
+                },
+                Event {
+                    belts: Some(Belts::Taut),
+                    ..event(17.0)
+                },
+            ];
+        });
+        let samples = outcome(&scenario, Board::Host).1;
+        let at = |time_s: f64| {
+            let place = samples.partition_point(|sample| sample.time_s < time_s);
+            slack(&samples[place].truth)
+        };
+        for (time_s, low, high) in [
+            (8.9, -1e-4, 1e-4),
+            (10.5, 0.017, 0.022),
+            (16.9, 0.0499, 0.0501),
+            (21.9, -1e-4, 1e-4),
+        ] {
+            let found = at(time_s);
+            assert!((low..high).contains(&found), "{time_s} s: {found} m");
+        }
+        assert!((at(11.9) - at(10.5)).abs() < 1e-4, "a stop keeps the slack");
+        // No sample shows a faster change than 20 mm/s and what the joint's motion adds.
+        for pair in samples.windows(2).filter(|pair| pair[0].time_s > 8.0) {
+            let rate =
+                (slack(&pair[1].truth) - slack(&pair[0].truth)) / (pair[1].time_s - pair[0].time_s);
+            assert!(rate.abs() < 0.03, "{} s: {rate} m/s", pair[0].time_s);
+        }
+    });
+}
