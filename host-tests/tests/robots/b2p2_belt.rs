@@ -1,7 +1,7 @@
 //! Tests of the belts of B2P2's plant against computations of another kind: a shortest path by
 //! search, the friction on a corner by integration, and the balance of forces.
 
-use super::b2p2_plant::{Driven, WEIGHT};
+use super::b2p2_plant::{DT, Driven, WEIGHT};
 use core::f64::consts::{PI, TAU};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -58,9 +58,12 @@ fn searched(pulleys: &Pulleys, corners: &[DVec2], count: usize) -> f64 {
     };
     // Cheapest way to each corner from pulley 1, in the order of the corners.
     let mut costs: Vec<f64> = Vec::new();
+    // The belt runs forward where it leaves a pulley, and where it arrives.
+    let forward = |angle: f64, way: DVec2| way.dot(DVec2::new(angle.cos(), angle.sin())) > 0.0;
     let leave = |to: DVec2| {
         angles
             .iter()
+            .filter(|angle| forward(**angle, to - rim(first, **angle)))
             .filter(|angle| clear(rim(first, **angle), to))
             .map(|angle| angle * RADIUS + rim(first, *angle).distance(to))
             .fold(f64::INFINITY, f64::min)
@@ -77,9 +80,11 @@ fn searched(pulleys: &Pulleys, corners: &[DVec2], count: usize) -> f64 {
     let mut best = f64::INFINITY;
     for angle in &angles {
         let (place, rest) = (rim(third, *angle), (0.5 * PI - angle) * RADIUS);
-        best = best.min(leave(place) + rest);
+        if forward(*angle, third - first) {
+            best = best.min(leave(place) + rest);
+        }
         for (corner, cost) in corners.iter().zip(&costs) {
-            if clear(*corner, place) {
+            if forward(*angle, place - *corner) && clear(*corner, place) {
                 best = best.min(cost + corner.distance(place) + rest);
             }
         }
@@ -93,7 +98,7 @@ fn the_belt_takes_the_shortest_way_over_the_corners() {
     let (mut worst, mut pressed) = (0.0_f64, 0);
     for _ in 0..1_000 {
         let front = random(&mut rng, [0.3, 0.6]);
-        let theta = random(&mut rng, [-1.4, -0.1]);
+        let theta = random(&mut rng, [-1.0, -0.1]);
         let pulleys = pulleys(0.32, front, theta);
         let [first, second, third] = pulleys.axles;
         let chord = (third - first).normalize();
@@ -226,20 +231,8 @@ fn ground_and_corners_carry_the_weight_of_a_robot_on_its_belts() {
     robot.drive(0.0, 2.0);
     let carried: f64 = robot.plant.belt_corners().map(|force| force[2]).sum();
     assert!(carried > 0.1 * WEIGHT, "the corners carry {carried} N");
-    for _ in 0..6 {
-        let l = robot.mean(0.0, 0.5, |robot| robot.plant.lift());
-        let t = robot.plant.truth();
-        println!(
-            "{l} {} {} {} {:?} {:?} {:?}",
-            t.pitch,
-            t.cog[2],
-            t.cog[0],
-            t.contacts,
-            t.channels,
-            robot.plant.belt_corners().collect::<Vec<_>>()
-        );
-    }
-    let lift = robot.mean(0.0, 0.5, |robot| robot.plant.lift());
+    // The robot bounces on its belts for some time; this is a whole number of periods.
+    let lift = robot.mean(0.0, 3.0, |robot| robot.plant.lift());
     assert!(
         (lift - WEIGHT).abs() < 2e-3 * WEIGHT,
         "{lift} N for {WEIGHT} N"
@@ -257,14 +250,20 @@ fn belts_give_no_energy_to_a_robot_that_settles_on_flat_ground() {
         };
         let mut robot = Driven::new(&parameters, Ground::Flat, 1);
         robot.drive(0.0, 0.3);
-        // Each half second the robot has at most the energy of the one before.
-        let mut before = robot.plant.energy();
-        for _ in 0..8 {
-            robot.drive(0.0, 0.5);
-            let now = robot.plant.energy();
-            println!("{theta} {now}");
-            assert!(now < before + 1e-4, "{theta} rad: {before} J, then {now} J");
-            before = now;
+        // The most energy of each second, which contains several bounces, is at most that of the
+        // second before.
+        let mut before = f64::INFINITY;
+        for _ in 0..5 {
+            let mut most = f64::NEG_INFINITY;
+            for _ in 0..1_000 {
+                robot.drive(0.0, DT);
+                most = most.max(robot.plant.energy());
+            }
+            assert!(
+                most < before + 1e-3,
+                "{theta} rad: {before} J, then {most} J"
+            );
+            before = most;
         }
     }
 }
