@@ -41,10 +41,14 @@ pub struct Truth {
     pub forward_margin: Option<f64>,
     /// Whether the robot has toppled backward, forward or sideways; stays set.
     pub toppled: bool,
+    /// What has come off the robot, which ends a run; stays set.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub came_off: Option<&'static str>,
     /// Values that only this robot has, by name; the name contains the unit.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub channels: BTreeMap<&'static str, f64>,
-    /// Points through which the robot is drawn ([`Sketch`]), in a fixed order.
+    /// Points through which the robot is drawn: those of its [`Sketch`] in a fixed order, or the
+    /// ends of the straight pieces of B2P2's left belt, in the order of the belt.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<[f64; 3]>,
 }

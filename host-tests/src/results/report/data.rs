@@ -26,6 +26,7 @@ pub(super) struct Data<'a> {
     ground: Vec<Section>,
     ground_one: f64,
     view: Value,
+    points: Vec<&'a [i32]>,
     sketch: Option<DrawnSketch<'a>>,
     summary: &'a Summary,
     resolution: String,
@@ -46,7 +47,6 @@ pub(super) struct Data<'a> {
 struct DrawnSketch<'a> {
     circles: &'a [(usize, f64)],
     lines: &'a [Vec<usize>],
-    points: Vec<&'a [i32]>,
     plots: Vec<Value>,
     figures: Vec<Value>,
 }
@@ -83,6 +83,7 @@ pub(super) fn pack<'a>(
         view: json!({
             "scale": camera.scale, "wide": camera.wide(), "narrow": camera.narrow(),
         }),
+        points: shown.iter().map(|shown| &shown.points[..]).collect(),
         sketch: sketch(page, scenario, summary),
         summary,
         resolution: resolution(page.shown.length()),
@@ -111,11 +112,9 @@ fn sketch<'a>(
     let drives = nodes[..page.drives].iter().map(|node| node.name.as_str());
     let mut channels = page.channels.clone();
     channels.sort_unstable();
-    let shown = page.shown.intervals().iter();
     Some(DrawnSketch {
         circles: &sketch.circles,
         lines: &sketch.lines,
-        points: shown.map(|shown| &shown.points[..]).collect(),
         plots: channels::plots(channels.into_iter(), &drives.collect::<Vec<_>>()),
         figures: channels::figures(summary),
     })

@@ -182,19 +182,19 @@ impl Page {
         curves
     }
 
-    /// Bounds of the robot in the plane, and the points of its sketch in mm.
+    /// Bounds of the robot in the plane, and the points through which it is drawn, in mm.
     fn drawing(&self, truth: &Truth, pose: &Pose) -> (Bounds, Vec<i32>) {
-        let (mut places, radius, points) = match &self.drawing {
+        let points = truth.points.iter();
+        let projected: Vec<_> = points.map(|place| pose.project(*place)).collect();
+        let steps = in_steps(projected.iter().copied(), 1e-3);
+        let (mut places, radius) = match &self.drawing {
             Drawing::Own(own) => {
                 let axles = (own.axles)(truth, pose.project(truth.axle_1));
-                (axles, own.radius_m, Vec::new())
+                (axles, own.radius_m)
             }
             Drawing::Sketch(sketch) => {
-                let points = truth.points.iter();
-                let places: Vec<_> = points.map(|place| pose.project(*place)).collect();
                 let radii = sketch.circles.iter().map(|(_, radius)| *radius);
-                let steps = in_steps(places.iter().copied(), 1e-3);
-                (places, radii.fold(0.0, f64::max), steps)
+                (projected.clone(), radii.fold(0.0, f64::max))
             }
         };
         places.push(pose.project(truth.cog));
@@ -205,7 +205,7 @@ impl Page {
                 values().fold(f64::NEG_INFINITY, f64::max) + radius,
             ]
         });
-        (bounds, points)
+        (bounds, steps)
     }
 
     fn sides(&self, truth: &Truth) -> [f64; 2] {

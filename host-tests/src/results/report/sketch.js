@@ -3,7 +3,7 @@
 const robotPage = {
   // Draws the robot in the side view.
   draw(run, element, set, line) {
-    const { circles, lines, points } = run.sketch;
+    const { circles, lines } = run.sketch, points = run.points;
     const place = (index, number) => [points[index][2 * number] / 1000, points[index][2 * number + 1] / 1000];
     const scale = run.view.scale;
     const wheels = circles.map(([, r]) => {

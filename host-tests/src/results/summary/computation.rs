@@ -20,6 +20,7 @@ pub struct Statistics {
     phases: Phases,
     armed: bool,
     toppled: bool,
+    came_off: Option<&'static str>,
     belt: Option<Belt>,
     motion: Motion,
     pitch_deg: Option<Range>,
@@ -41,6 +42,7 @@ impl Statistics {
             phases: Phases::new(scenario),
             armed: false,
             toppled: false,
+            came_off: None,
             belt: nodes
                 .any(|node| node.role == Role::Screw)
                 .then(Belt::default),
@@ -64,6 +66,7 @@ impl Statistics {
         self.phases.add(sample);
         self.armed |= received.guard_state == "armed";
         self.toppled |= truth.toppled;
+        self.came_off = self.came_off.or(truth.came_off);
         if let Some(belt) = &mut self.belt {
             belt.add(sample, &self.phases);
         }
@@ -129,6 +132,9 @@ impl Statistics {
         summary.notes = summary.explanations(scenario);
         summary.notes.extend(self.hold.note());
         summary.expectation_met = summary.unmet.is_empty();
+        if let Some(what) = self.came_off {
+            summary.end_early(&format!("the {what} came off"));
+        }
         summary
     }
 }

@@ -99,7 +99,8 @@ impl Recorder {
                 sink.sample(sample)?;
             }
             std::thread::sleep(pace.pause(Instant::now()));
-            if self.conditions.toppled && self.run.plant.truth().toppled {
+            let truth = self.run.plant.truth();
+            if (self.conditions.toppled && truth.toppled) || truth.came_off.is_some() {
                 end = end.min(step + AFTER_TOPPLING);
             }
             if let Some(port) = &self.run.slcan

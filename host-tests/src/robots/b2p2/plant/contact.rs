@@ -80,6 +80,8 @@ pub struct GroundForces {
     pub traction: [f64; 2],
     /// Sum of the normal forces' upward parts, N.
     pub lift: f64,
+    /// Force of the ground across the belts, to the left, N.
+    pub side: [f64; 2],
     /// Sliding speed of the belts' surface on the ground, left and right, m/s: positive if a belt
     /// spins, negative if it skids. Mean over the contacts, weighted by force.
     pub slip: [f64; 2],
@@ -200,9 +202,11 @@ pub fn read(
                     support.add(place, step + WINDOW);
                 }
                 forces.lift -= force * outward.z;
+                forces.side[side] -= force * outward.dot(belts.left);
                 let Some(direction) = direction else { continue };
                 let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);
                 forces.lift += friction.z;
+                forces.side[side] += friction.dot(belts.left);
                 // Where it touches the ground, a belt running forward moves backward.
                 forces.traction[side] -= friction.dot(direction);
                 let sliding = body.velocity_at_point(place).dot(direction) + belts.speed[side];

@@ -60,6 +60,11 @@ impl B2p2 {
                 p.belt_creep,
             );
         }
+        for (side, name) in ["left track", "right track"].into_iter().enumerate() {
+            if self.belts.sides[side].comes_off(self.ground.side[side]) {
+                self.truth.came_off.get_or_insert(name);
+            }
+        }
         self.observe();
         let body = &self.world.bodies[self.robot.bodies[0]];
         let motion = BodyMotion::of(body, &p.body_sensors);

@@ -84,6 +84,10 @@ impl B2p2 {
         (truth.theta, truth.extension) = (theta, extension);
         truth.tension_error = p.chord(theta, extension) + p.l2 + extension - p.k;
         let [left, right] = &self.belts.sides;
+        truth.points.clear();
+        truth
+            .points
+            .extend(left.course.iter().map(|place| place.to_array()));
         truth.channels.extend([
             ("left_belt_tension_n", left.tension),
             ("right_belt_tension_n", right.tension),

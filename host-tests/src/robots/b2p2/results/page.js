@@ -1,13 +1,25 @@
 // Draws B2P2 with its belts, and shows its joints. The members are those of sketch.js.
 const robotPage = {
-  draw(run, element, set, line) {
+  draw(run, element, set) {
     const { robot, l1, l2 } = run.own;
     const radius = robot.pulley_radius_m;
-    // The hull of the three pulleys: a triangle between the axles with a thick, rounded outline.
-    const hull = (width, colour) => element("polygon", { fill: colour, stroke: colour, "stroke-width": width, "stroke-linejoin": "round" });
     const belt = 0.012;
-    const outer = hull(2 * radius, "var(--belt)");
-    const inner = hull(2 * (radius - belt), "var(--inside)");
+    const loop = element("path", { fill: "var(--inside)", stroke: "var(--belt)", "stroke-width": belt, "stroke-linejoin": "round" });
+    // The belt as it lies: straight pieces from pulley to pulley and over corners of the ground, with
+    // arcs around the pulleys. The points are the ends of the straight pieces, in mm.
+    const course = points => {
+      const places = [], pieces = [];
+      for (let i = 0; i < points.length; i += 2) places.push([points[i] / 1000, points[i + 1] / 1000]);
+      for (let i = 0; i < places.length; i += 2) pieces.push([places[i], places[i + 1]]);
+      const direction = ([[x0, z0], [x1, z1]]) => Math.atan2(z1 - z0, x1 - x0);
+      return pieces.map((piece, i) => {
+        const next = pieces[(i + 1) % pieces.length];
+        const turn = (direction(next) - direction(piece) + 4 * Math.PI) % (2 * Math.PI);
+        const [[x0, z0], [x1, z1]] = piece, [x, z] = next[0];
+        const arc = Math.hypot(x - x1, z - z1) > 0.003 ? `A${radius} ${radius} 0 ${turn > Math.PI ? 1 : 0} 0 ${x} ${-z}` : "";
+        return `${i ? "L" : "M"}${x0} ${-z0}L${x1} ${-z1}${arc}`;
+      }).join("") + (pieces.length ? "Z" : "");
+    };
     const bone = width => element("line", { stroke: "var(--body)", "stroke-width": width, "stroke-linecap": "round" });
     const body1 = bone(0.042), body2 = bone(0.042), screw = bone(0.014);
     const pulleys = [0, 1, 2].map(() => {
@@ -29,7 +41,7 @@ const robotPage = {
       const step = ([x, z], length, angle) => [x + length * Math.cos(angle), z + length * Math.sin(angle)];
       const a1 = [at("x"), at("z")], a2 = step(a1, l1, pitch);
       const end2 = step(a2, l2, pitch + theta), a3 = step(a2, l2 + at("extension"), pitch + theta);
-      for (const shape of [outer, inner]) set(shape, { points: line([a1, a2, a3]) });
+      set(loop, { d: course(run.points[at.index] || []) });
       const join = (bar, [x1, z1], [x2, z2]) => set(bar, { x1, x2, y1: -z1, y2: -z2 });
       join(body1, a1, a2); join(body2, a2, end2); join(screw, end2, a3);
       const turn = at("odometry") / radius * 180 / Math.PI;
@@ -52,6 +64,7 @@ const robotPage = {
     speed,
     { title: "Screw extension L3", unit: "m", curves: [["truth", "extension", "", 2]] },
     { title: "Belt: L + L2 + L3 − K", unit: "mm", zero: true, curves: [["strain (+), slack (−)", "tension", "", 3]] },
+    { title: "Tension of the belts", unit: "N", zero: true, curves: [["left", "leftTension", "", 0], ["right", "rightTension", "", 1]] },
     { title: "Motor currents", unit: "A", zero: true, curves: [["left", "leftCurrent"], ["right", "rightCurrent"], ["chassis", "chassisCurrent"], ["screw", "screwCurrent"]] },
     busLoad,
   ],

@@ -12,6 +12,12 @@ const CURVES: &[Source<Sample>] = &[
     ("theta", 0.01, |s| Some(s.truth.theta.to_degrees())),
     ("extension", 1e-4, |s| Some(s.truth.extension)),
     ("tension", 0.01, |s| Some(s.truth.tension_error * 1e3)),
+    ("leftTension", 0.1, |s| {
+        s.truth.channels.get("left_belt_tension_n").copied()
+    }),
+    ("rightTension", 0.1, |s| {
+        s.truth.channels.get("right_belt_tension_n").copied()
+    }),
     ("askedTheta", 0.01, |s| {
         Some(s.received.asked_theta.to_degrees())
     }),

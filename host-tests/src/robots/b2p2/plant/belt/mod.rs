@@ -28,11 +28,13 @@ use rapier3d_f64::math::Vector;
 use rapier3d_f64::prelude::*;
 use tension::Material;
 
-/// Slack from which a belt leaves the guides of its pulleys, m (assumed: three times the height of
-/// a guide on each of the two runs and the wraps).
+/// Slack from which a belt leaves the guides of its pulleys, m (assumed). With the front at -60
+/// degrees, a belt that is released completely has 0.1 m.
 const MOST_SLACK: f64 = 0.30;
-/// Side force under which a slack belt leaves them, N (assumed).
-const MOST_SIDE_FORCE: f64 = 150.0;
+/// Side force under which a slack belt leaves them, N (assumed: more than the robot's weight).
+const MOST_SIDE_FORCE: f64 = 100.0;
+/// Time constant with which side forces act, s.
+const SIDE_LAG: f64 = 0.1;
 
 /// One belt after a step.
 #[derive(Clone, Debug, Default)]
@@ -46,6 +48,8 @@ pub struct Belt {
     pub load: f64,
     /// Corners that it presses on.
     pub pressed: Vec<Pressed>,
+    /// Force of the ground across it, low-passed, N.
+    side_force: f64,
     /// Places through which it is drawn, in world axes, m: the ends of its straight pieces.
     pub course: Vec<Vector>,
 }
@@ -140,8 +144,11 @@ impl Belt {
         }
     }
 
-    /// Whether the belt leaves the guides of its pulleys under this side force of the ground, N.
-    pub fn comes_off(&self, side_force: f64) -> bool {
-        self.slack > MOST_SLACK || (self.slack > 0.0 && side_force > MOST_SIDE_FORCE)
+    /// Takes the force of the ground across the belt in this step, N. Returns whether the belt
+    /// leaves the guides of its pulleys.
+    pub fn comes_off(&mut self, side_force: f64) -> bool {
+        self.side_force += (side_force - self.side_force) * (DT / (SIDE_LAG + DT));
+        let pushed = self.side_force.abs() > MOST_SIDE_FORCE;
+        self.slack > MOST_SLACK || (self.slack > 0.0 && pushed)
     }
 }
