@@ -14,6 +14,10 @@ fn usual() -> f64 {
     1.0
 }
 
+fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
 /// Values that the paper does not give; docs/plant.md lists the nominal ones and the reasons for
 /// them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -26,6 +30,9 @@ pub struct B2p2 {
     /// Height of body 1's centre of mass above the line through axles 1 and 2.
     #[serde(default)]
     pub com_offset_m: f64,
+    /// Distance by which the belts can rise between their pulleys before they meet the guide plates.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub guide_clearance_m: f64,
     /// Noise of the sensors on the body, as a multiple of the nominal noise.
     #[serde(default = "usual")]
     pub sensor_noise: f64,
@@ -41,6 +48,7 @@ impl B2p2 {
             k_m: 1.232,
             pulley_radius_m: 0.05,
             com_offset_m: 0.0,
+            guide_clearance_m: 0.0,
             sensor_noise: 1.0,
             payload: None,
         }
@@ -51,6 +59,7 @@ impl B2p2 {
         let mut parameters = B2p2Parameters {
             pulley_radius: self.pulley_radius_m,
             body_1_com_height: self.com_offset_m,
+            guide_clearance: self.guide_clearance_m,
             ..B2p2Parameters::with_track_constant(self.k_m)
         };
         let sensors = &mut parameters.body_sensors;
@@ -136,6 +145,13 @@ impl Section for B2p2 {
             "m",
         )?;
         within("robot.b2p2.com_offset_m", self.com_offset_m, -0.2, 0.2, "m")?;
+        within(
+            "robot.b2p2.guide_clearance_m",
+            self.guide_clearance_m,
+            0.0,
+            0.8 * self.pulley_radius_m,
+            "m (the maximum is 0.8 of the pulley radius)",
+        )?;
         within("robot.b2p2.sensor_noise", self.sensor_noise, 0.0, 100.0, "")?;
         if let Some(payload) = &self.payload {
             payload.check("robot.b2p2.payload", conditions.duration_s)?;
