@@ -14,10 +14,6 @@ fn usual() -> f64 {
     1.0
 }
 
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
 /// Values that the paper does not give; docs/plant.md lists the nominal ones and the reasons for
 /// them.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -31,7 +27,7 @@ pub struct B2p2 {
     #[serde(default)]
     pub com_offset_m: f64,
     /// Distance by which the belts can rise between their pulleys before they meet the guide plates.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    #[serde(default)]
     pub guide_clearance_m: f64,
     /// Noise of the sensors on the body, as a multiple of the nominal noise.
     #[serde(default = "usual")]

@@ -97,7 +97,7 @@ fn every_robot_is_inside_the_view_at_every_sample() {
                 [axles[0][index], axles[1][index]],
             ];
             if page["sketch"] != Value::Null {
-                points.extend(pairs(&page["sketch"]["points"][index], 1e-3));
+                points.extend(pairs(&page["points"][index], 1e-3));
             }
             points.extend(pairs(
                 &page["contacts"][index],

@@ -87,7 +87,7 @@ impl B2p2 {
         truth.points.clear();
         truth
             .points
-            .extend(left.course.iter().map(|place| place.to_array()));
+            .extend(left.course.iter().map(Vector::to_array));
         truth.channels.extend([
             ("left_belt_tension_n", left.tension),
             ("right_belt_tension_n", right.tension),
