@@ -309,6 +309,12 @@ settings! {
     /// Tension up to which the screw tightens a released belt, for each belt. Above it the belt
     /// yields. With the default the belts haul B2P2 over a curb.
     TightenTension = 0x003a, "tighten_tension", "N", 1..=2_000, 40;
+    /// Estimated tension above which the screw reports `belt overload`. The default is eight times
+    /// the tension of B2P2's taut belts.
+    TensionLimit = 0x003b, "tension_limit", "N", 1..=10_000, 400;
+    /// Estimated tension below which the screw reports `belt lost`, if its belts are taut and had
+    /// twice this tension before; 0: never.
+    TensionMinimum = 0x003c, "tension_minimum", "N", 0..=2_000, 10;
 
     /// Node id of the left track.
     LeftId = 0x0040, "left_id", "1", 1..=127, 2;

@@ -2,6 +2,8 @@
 //! `L + (L2 + L3) = K - slack` holds for the present chassis angle, not for the angle at the time
 //! when the joint's node sent it. The slack is 0 in mode "taut", and commanded in mode "released".
 
+mod belt_watch;
+
 use super::axle::{Axle, Belt, Inputs as AxleInputs, Outputs};
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::Scale;
@@ -12,6 +14,7 @@ use crate::motor::profile::Motion;
 use crate::screw::{Extension, Geometry, GeometryError, SlackLaw, Tension, metres};
 use crate::settings::{Setting, Settings};
 use crate::units::{Angle, Length};
+use belt_watch::BeltWatch;
 use core::borrow::Borrow;
 
 /// Readings and messages since the previous tick.
@@ -45,6 +48,7 @@ pub struct Screw<G = Geometry> {
     tension: Tension,
     /// Tension to which a released belt is tightened, N.
     tighten_tension: f32,
+    belt_watch: BeltWatch,
     /// Distance that is left to take up since the mode began, 2^-32 turn. It goes to zero at the
     /// engage speed.
     remaining: Turns,
@@ -140,6 +144,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
             lacks_slack: false,
             tension: Tension::default(),
             tighten_tension: settings.si(Setting::TightenTension),
+            belt_watch: BeltWatch::new(settings),
             slack_step: to_i32(engage_metres * (CONTROL_PERIOD * UNITS)),
             remaining: Turns::ZERO,
             law: Turns::ZERO,
@@ -169,6 +174,7 @@ impl<G: Borrow<Geometry>> Screw<G> {
             self.joint = inputs.joint;
         }
         let belt = self.follow(inputs);
+        self.watch_belts();
         let outputs = self
             .axle
             .tick_following(&inputs.axle, belt, self.lacks_slack);
@@ -176,6 +182,14 @@ impl<G: Borrow<Geometry>> Screw<G> {
             belt_tension: to_i16(self.tension.newtons() * 10.0),
             ..outputs
         }
+    }
+
+    /// Reports an overload or the loss of a belt, which the axle's next tick raises.
+    fn watch_belts(&mut self) {
+        let engaged = self.remaining == Turns::ZERO && self.slack == 0;
+        let taut = engaged && self.axle.follows_joint() && self.axle.homed();
+        let faults = self.belt_watch.tick(self.tension.newtons(), taut);
+        self.axle.report(faults);
     }
 
     /// Computes the set-point that gives the belt its present slack, for the joint's motion

@@ -40,3 +40,19 @@ fn the_estimated_tension_follows_the_belts_over_stairs_and_a_curb() {
     let [mean, p95] = errors("curb", &outcome(&curb, Board::Host).1);
     assert!(mean < 15.0 && p95 < 50.0);
 }
+
+#[test]
+fn dump_all() {
+    for dir in ["legitimate", "hazards", "."] {
+        let root = super::path("x").parent().unwrap().join(dir);
+        for file in std::fs::read_dir(root).unwrap() {
+            let file = file.unwrap().path();
+            if file.extension().is_none_or(|e| e != "toml") { continue; }
+            let stem = file.file_stem().unwrap().to_str().unwrap().to_owned();
+            if ["bench", "client", "commissioning"].contains(&stem.as_str()) { continue; }
+            let scenario = tautrack_host_tests::scenario::Scenario::load(&file).unwrap();
+            let samples = outcome(&scenario, Board::Host).1;
+            let _ = std::panic::catch_unwind(|| errors(&format!("all-{stem}"), &samples));
+        }
+    }
+}
