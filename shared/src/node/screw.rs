@@ -62,9 +62,10 @@ pub struct Screw<G = Geometry> {
 const UNITS: f32 = 16_777_216.0;
 
 /// Speed at which the slack of a tightened belt changes for each newton that the tension is away
-/// from its set-point, m/s. A belt of 100 kN and 1.9 m gains 53 N in a millimetre: the crossover
-/// is at 106 rad/s, below the 400 rad/s of the low-pass and of the loops.
-const TIGHTEN_GAIN: f32 = 0.002;
+/// from its set-point, m/s. A belt of 100 kN and 1.9 m gains 53 N in a millimetre. So the
+/// crossover is at 26 rad/s, below the 50 rad/s of the low-pass. The default engage speed is that
+/// of a belt without tension.
+const TIGHTEN_GAIN: f32 = 0.0005;
 /// Distance by which a belt that is tightened may yield beyond the commanded slack, 2^-24 m (5 mm).
 const MOST_YIELD: i32 = 83_886;
 
