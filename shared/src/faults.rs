@@ -154,6 +154,16 @@ faults! {
         25 "the last motion",
         "fault reset by the guard",
         "Check the chassis joint's node.";
+    BeltOverload = 0xff07, "belt overload", Hold,
+        "The estimated tension of the belts (object `2101`) stayed above `tension_limit` for 50 ms.",
+        69 "the load of a tension of 600 N",
+        "fault reset",
+        "Look for a stone between a belt and a pulley. Check `k`, and the homing of screw and chassis joint. If the robot is to press harder on its belts, raise `tension_limit`.";
+    BeltLost = 0xff08, "belt lost", Hold,
+        "The screw keeps the belts taut, they had a tension, and the estimate stayed below `tension_minimum` for 200 ms.",
+        231 "the loss of a tension of 50 N",
+        "fault reset",
+        "Look whether a belt is broken or off its pulleys. The belts are not watched again before they have had twice `tension_minimum`.";
     HomingFailed = 0x8613, "homing failed", Hold,
         "A stage of homing did not find the edge of the home switch within 20 s, or homing moved farther from its start than the travel is wide.",
         20005 "the start of homing",
@@ -333,7 +343,12 @@ mod tests {
 
     #[test]
     fn the_reaction_of_a_set_is_the_strongest_of_its_faults() {
-        for bits in 0..1 << TABLE.len() {
+        // Every set of up to three faults, and sets of many.
+        let single = || (0..TABLE.len()).map(|row| 1_u32 << row);
+        let pairs = single().flat_map(|one| single().map(move |other| one | other));
+        let few = pairs.flat_map(|pair| single().map(move |one| pair | one));
+        let many = (0..1 << 16).map(|seed: u32| seed.wrapping_mul(0x9e37_79b9) % (1 << TABLE.len()));
+        for bits in few.chain(many) {
             let faults = Faults(bits);
             let members = ALL.iter().filter(|fault| faults.contains(**fault));
             let reactions = members.map(|fault| fault.description().reaction);

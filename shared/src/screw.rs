@@ -10,8 +10,10 @@
 
 mod slack;
 mod table;
+mod tension;
 
 pub use slack::SlackLaw;
+pub use tension::Tension;
 
 use crate::math::cubic::{mul_high, mul_high_add, quantize};
 use crate::math::{atan2, max, sin_cos, sqrt};

@@ -302,10 +302,19 @@ settings! {
     EngageSpeed = 0x0037, "engage_speed", "um/s", 100..=500_000, 20_000;
     /// Largest slack that the screw gives the belt. A larger commanded one counts as this, and
     /// object `2000` says so.
-    SlackLimit = 0x0038, "slack_limit", "um", 0..=500_000, 120_000;
-    /// Slack that the guard gives the belts while the operator releases them. The default is what
-    /// B2P2's screw can give from a chassis angle of 42 degrees on.
-    ReleaseSlack = 0x0039, "release_slack", "um", 0..=500_000, 50_000;
+    SlackLimit = 0x0038, "slack_limit", "um", 0..=500_000, 200_000;
+    /// Slack that the guard gives the belts while the operator releases them. With the default
+    /// B2P2's screw draws back to its released length at every chassis angle up to 66 degrees.
+    ReleaseSlack = 0x0039, "release_slack", "um", 0..=500_000, 120_000;
+    /// Tension up to which the screw tightens a released belt, for each belt. Above it the belt
+    /// yields. With the default the belts haul B2P2 over a curb.
+    TightenTension = 0x003a, "tighten_tension", "N", 1..=2_000, 40;
+    /// Estimated tension above which the screw reports `belt overload`. The default is eight times
+    /// the tension of B2P2's taut belts.
+    TensionLimit = 0x003b, "tension_limit", "N", 1..=10_000, 400;
+    /// Estimated tension below which the screw reports `belt lost`, if its belts are taut and had
+    /// twice this tension before; 0: never.
+    TensionMinimum = 0x003c, "tension_minimum", "N", 0..=2_000, 10;
 
     /// Node id of the left track.
     LeftId = 0x0040, "left_id", "1", 1..=127, 2;

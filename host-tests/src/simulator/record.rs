@@ -129,6 +129,8 @@ pub struct Received {
     pub verdict: String,
     /// Measured currents of the drives, in the order of the nodes, A.
     pub currents: Vec<f64>,
+    /// Tension of the belts that the screw estimates, N; 0 for a robot without a screw.
+    pub belt_tension: f64,
     /// Load of the bus: the fraction of the last 100 ms during which it was busy, 0 to 1.
     pub bus_load: f64,
     /// Faults and losses reported since the previous sample, one sentence each.

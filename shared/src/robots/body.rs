@@ -31,6 +31,8 @@ pub struct DriveState {
     pub received_us: Option<u64>,
     /// Torque at the output shaft, N m.
     pub torque: f32,
+    /// Tension of the belts that a screw estimates, N.
+    pub belt_tension: f32,
     /// Whether the drive reports that its position is homed.
     pub homed: bool,
     /// Whether the drive is in "operation enabled".
@@ -235,6 +237,11 @@ pub trait Body: Sized {
     /// measured one, negative where a belt is strained.
     fn slack(&self) -> [f32; 2] {
         [0.0; 2]
+    }
+
+    /// Tension of the belts that the screw estimates, N.
+    fn belt_tension(&self) -> f32 {
+        0.0
     }
 
     /// Distance that the robot has travelled by its encoders, forward positive, um; wraps.

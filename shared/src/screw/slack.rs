@@ -13,9 +13,9 @@ use crate::units::Length;
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SlackLaw {
     /// `L2`, m; `2 K`, m; and `K^2 - L1^2`, m^2.
-    l2: f32,
-    two_k: f32,
-    squares: f32,
+    pub(super) l2: f32,
+    pub(super) two_k: f32,
+    pub(super) squares: f32,
     /// Half of `K - L1`, m.
     most: f32,
 }
@@ -43,11 +43,10 @@ impl SlackLaw {
     /// Cortex-M4: 44 instructions more than the taut extension.
     #[inline]
     pub fn extension(&self, taut: Extension, slack: f32) -> Extension {
-        // Also for NaN.
-        if !(slack > 0.0) {
+        let slack = self.within(slack);
+        if slack <= 0.0 {
             return taut;
         }
-        let slack = if slack < self.most { slack } else { self.most };
         let rest = self.two_k - slack;
         let r = metres(taut.length) + self.l2;
         let sr = slack * r;
@@ -62,6 +61,18 @@ impl SlackLaw {
                 .length
                 .saturating_sub(Length::from_bits(fixed(retreat))),
             derivative: Length::from_bits(fixed(metres(taut.derivative) * steepness)),
+        }
+    }
+
+    /// Returns the slack from 0 to half of `K - L1` that counts for `slack`; 0 for NaN.
+    #[inline]
+    pub(super) fn within(&self, slack: f32) -> f32 {
+        if !(slack > 0.0) {
+            0.0
+        } else if slack < self.most {
+            slack
+        } else {
+            self.most
         }
     }
 

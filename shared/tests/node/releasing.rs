@@ -33,6 +33,8 @@ enum Happens {
     Joint(f64),
     /// The joint's frames stay out.
     JointLost,
+    /// Both belts pull with this tension, N.
+    Tension(f64),
     /// Another node sends a set-point to the drive in every so many milliseconds.
     Forged(i8, i32, u64),
     Restart,
@@ -49,6 +51,7 @@ fn happens() -> impl Strategy<Value = Happens> {
         2 => (-0.5..0.5).prop_map(Happens::Joint),
         2 => Just(Happens::Joint(0.0)),
         1 => Just(Happens::JointLost),
+        3 => (0.0..120.0).prop_map(Happens::Tension),
         1 => (mode(), any::<i32>(), 1_u64..9).prop_map(|(m, s, every)| Happens::Forged(m, s, every)),
         1 => Just(Happens::Restart),
     ]
@@ -61,6 +64,11 @@ fn screw() -> Wire {
 /// Extension that the drive publishes, m.
 fn extension(wire: &Wire) -> f64 {
     f64::from(wire.outputs().motion.position) / 16_777_216.0
+}
+
+/// Torque, N m, with which a force draws the nut of the screw back, N.
+fn torque(force: f64) -> f64 {
+    -force * 5e-3 / TAU
 }
 
 /// Leads the screw to the taut belt at this angle of the joint, from the extension at power-up.
@@ -81,7 +89,7 @@ fn a_screw_on_the_bus_gives_the_slack_of_its_target_and_names_what_it_cannot_giv
     for (slack, named) in [
         (0.05, false),
         (0.12, false),
-        (0.13, true),
+        (0.14, true),
         (-0.01, true),
         (0.0, false),
     ] {
@@ -92,11 +100,56 @@ fn a_screw_on_the_bus_gives_the_slack_of_its_target_and_names_what_it_cannot_giv
         let theta = Angle::from_bits((1.2 / TAU * 4_294_967_296.0) as i32);
         let length = Length::from_bits(length);
         let found = f64::from(geometry.slack(theta, length).to_bits()) / 268_435_456.0;
-        let given = f64::clamp(slack, 0.0, 0.12);
+        // At its released length the screw gives 131 mm at this angle.
+        let given = f64::clamp(slack, 0.0, 0.13095);
         assert!((found - given).abs() < 50e-6, "{slack}: {found}");
         // Object 2000: slack.
         assert_eq!(wire.read((0x2000, 0))[0] == 19, named, "{slack}");
     }
+}
+
+/// Belt that pulls on the screw: a path that is longer than the law's by `longer`, m, and a belt of
+/// 50 kN/m.
+fn pull(wire: &mut Wire, longer: f64) -> f64 {
+    let (l1, r) = (0.32, 0.23 + wire.rotor.angle / TAU * 5e-3);
+    let chord = (l1 * l1 + r * r + 2.0 * l1 * r * 1.2_f64.cos()).sqrt();
+    let slack = 1.232 - r - chord;
+    let tension = 50e3 * (longer - slack).max(0.0);
+    wire.rotor.load = torque(2.0 * tension * (1.0 + (r + l1 * 1.2_f64.cos()) / chord));
+    wire.tick(&[]);
+    tension
+}
+
+/// Something under the belts makes their path longer by 30 mm, and then by more.
+#[test]
+fn a_released_belt_is_tightened_to_its_tension_and_yields_5_mm_beyond_the_command() {
+    let mut wire = engaged(1.2);
+    let target = |metres: f64| set_point(0x0f, mode::RELEASED, (metres * 16_777_216.0) as i32);
+    let mut settle = |command: f64, longer: f64| {
+        wire.command = Some(target(command));
+        let mut most: f64 = 0.0;
+        for _ in 0..4_000 {
+            most = most.max(pull(&mut wire, longer));
+        }
+        let tension = pull(&mut wire, longer);
+        let found = f64::from(wire.outputs().belt_tension) * 0.1;
+        assert!((found - tension).abs() < 1.5, "{found} {tension}");
+        (tension, most)
+    };
+    settle(0.06, 0.0);
+    // The tension is what the setting says, and hardly overshoots.
+    let (tension, most) = settle(0.0, 0.03);
+    assert!((39.0..41.0).contains(&tension) && most < 50.0, "{tension} {most}");
+    // The command is 3 mm below the slack: it yields.
+    settle(0.0262, 0.03);
+    let (tension, _) = settle(0.0262, 0.0316);
+    assert!((39.0..41.0).contains(&tension), "{tension}");
+    // It would have to yield by 6 mm, and is 1 mm too tight.
+    let (tension, _) = settle(0.0262, 0.033);
+    assert!((85.0..95.0).contains(&tension), "{tension}");
+    // A release does not look at the tension.
+    let (tension, _) = settle(0.05, 0.033);
+    assert!(tension < 1.0, "{tension}");
 }
 
 /// Resets the faults of the drive, which then holds.
@@ -123,7 +176,7 @@ fn play(steps: Vec<(Happens, u64)>, operated: &Cell<u64>) -> Result<(), TestCase
     let mut wire = engaged(1.0);
     let (mut word, mut wanted): (Option<u16>, _) = (None, (mode::TAUT, 0));
     let (mut theta, mut rate, mut heard) = (1.0, 0.0, true);
-    let mut rests = 0_u64;
+    let (mut load, mut rests) = (0.0, 0_u64);
     for (what, ticks) in steps {
         let mut forged: Option<(Frame, u64)> = None;
         wire.guard = true;
@@ -139,11 +192,12 @@ fn play(steps: Vec<(Happens, u64)>, operated: &Cell<u64>) -> Result<(), TestCase
             Happens::Silence => (silent, wire.guard) = (true, false),
             Happens::Joint(next) => (rate, heard) = (next, true),
             Happens::JointLost => heard = false,
+            Happens::Tension(tension) => load = torque(3.8 * tension),
             Happens::Forged(mode, target, every) => {
                 forged = Some((set_point(0x0f, mode, target), every));
             }
             Happens::Restart => {
-                // The shaft keeps its place, and the drive counts from there.
+                // The new drive begins at extension 0, and engages the belt from there.
                 wire = engaged(theta);
             }
         }
@@ -162,6 +216,8 @@ fn play(steps: Vec<(Happens, u64)>, operated: &Cell<u64>) -> Result<(), TestCase
                 .into_iter()
                 .collect();
             let before = extension(&wire);
+            // A load does not turn a screw without power.
+            wire.rotor.load = if wire.powered() { load } else { 0.0 };
             wire.tick(&foreign);
             let now = extension(&wire);
             let state = wire.state();

@@ -8,7 +8,7 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
 use tautrack::bus::pdo::{
-    DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, Payload,
+    BeltStatus, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, Payload,
     transmit,
 };
 use tautrack::can::Frame;
@@ -123,6 +123,9 @@ impl Listener {
             self.receive_emergency(emergency.node, emergency.code, time_us);
         } else {
             for (current, (_, id)) in self.received.currents.iter_mut().zip(&self.nodes) {
+                if let Some(belts) = BeltStatus::from_frame(frame, transmit(3), *id) {
+                    self.received.belt_tension = f64::from(belts.tension) * 0.1;
+                }
                 if let Some(status) = DriveStatus::from_frame(frame, transmit(2), *id) {
                     *current = f64::from(status.current) * 1e-3;
                 }

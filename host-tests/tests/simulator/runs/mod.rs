@@ -16,6 +16,7 @@ mod sensors;
 mod snapshot;
 mod state;
 mod switches;
+mod tension;
 
 use crate::unchanged;
 use std::path::PathBuf;

@@ -72,6 +72,8 @@ pub struct Outputs {
     pub alignment: AlignmentState,
     /// Supply voltage, mV; 0 if it is negative or NaN (object 0x6079).
     pub supply_voltage: u32,
+    /// Estimated tension of the belts of a screw, 0.1 N (object 0x2101).
+    pub belt_tension: i16,
     /// Actuated switches: bit 0 negative limit, bit 1 positive limit, bit 2 home (object 0x60fd).
     pub digital_inputs: u32,
 }

@@ -190,14 +190,17 @@ impl Axle {
         self.exit.is_none() && !self.stopping.halted && self.brake.is_released()
     }
 
-    /// Returns the commanded slack of the belt, 2^-24 m; 0 in every mode but
-    /// [`mode::RELEASED`].
-    pub(super) fn commanded_slack(&self) -> i32 {
-        if self.mode == mode::RELEASED {
-            self.command.target
-        } else {
-            0
-        }
+    /// Returns the commanded slack of the belt, 2^-24 m, in [`mode::RELEASED`]; `None` in every
+    /// other mode.
+    pub(super) fn commanded_slack(&self) -> Option<i32> {
+        (self.mode == mode::RELEASED).then_some(self.command.target)
+    }
+
+    /// Returns the load that a motor current, A, shows beyond the torque feed-forward: bus units of
+    /// torque, of a screw N.
+    pub(super) fn unexpected_load(&self, current: f32) -> f32 {
+        let expected = self.envelope.cascade.amperes(self.offset.current());
+        (current - expected) * self.torque_per_ampere
     }
 
     /// Returns whether the current loop is on.

@@ -90,6 +90,7 @@ impl Axle {
             heat: self.limiter.heat(),
             alignment: self.commutation.state(),
             supply_voltage: milli_i32(inputs.supply_voltage).max(0).unsigned_abs(),
+            belt_tension: 0,
             digital_inputs: digital_inputs(inputs.switches),
         }
     }

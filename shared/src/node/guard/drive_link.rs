@@ -9,7 +9,7 @@ use crate::bus::cia402::{
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::{NmtState, as_emergency, as_heartbeat, is_remark};
 use crate::bus::pdo::{
-    DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive,
+    BeltStatus, DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive,
     transmit,
 };
 use crate::bus::scale::{BusUnits, Scale, from_centi};
@@ -163,6 +163,8 @@ impl Drive {
                 self.met |= self.duty.is_met_by(state);
                 self.watch_power(is_powered(state), Fault::UnexpectedState);
             }
+        } else if let Some(belts) = BeltStatus::from_frame(frame, transmit(3), self.id) {
+            state.belt_tension = f32::from(belts.tension) * 0.1;
         } else if let Some((_, network)) = as_heartbeat(frame) {
             self.heartbeat.received(now_us);
             self.identity.heartbeat(network, now_us);

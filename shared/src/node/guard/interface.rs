@@ -46,6 +46,8 @@ pub struct Outputs {
     pub passed: GuardPassed,
     /// Passed and measured slack of the belts, um (objects 0x4004:5 and 0x4004:6).
     pub slack: [i32; 2],
+    /// Estimated tension of the belts, 0.1 N (object 0x4004:7).
+    pub belt_tension: i16,
     /// The robot's state and payload of TPDO 5, once in a SYNC period.
     pub robot: Option<(RobotState, GuardPosition)>,
     /// Number of refused commands (object 0x4005:1).

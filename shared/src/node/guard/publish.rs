@@ -4,6 +4,7 @@ use super::Guard;
 use super::interface::FaultReport;
 use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState};
 use crate::bus::scale::{centi, centidegrees, micro, milli};
+use crate::math::to_i16;
 use crate::estimate::state::{State, Validity};
 use crate::robots::{Body, PostureCommand};
 use crate::stability::verdict::Verdict;
@@ -85,6 +86,7 @@ impl<B: Body> Guard<B> {
             passed_posture: self.body.posture().word(),
         };
         outputs.slack = self.body.slack().map(micro);
+        outputs.belt_tension = to_i16(self.body.belt_tension() * 10.0);
         outputs.refused = self.tally.refused;
         outputs.scaled = self.tally.scaled;
     }

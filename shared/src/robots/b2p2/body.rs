@@ -38,6 +38,14 @@ const SCREW_THERE: f32 = 0.5e-3;
 /// Time for which the belt must be taut before the robot is armed, us.
 const TAUT_DWELL_US: u64 = 100_000;
 
+/// While the belts are tightened: how far the set-point of the slack is ahead of the measured slack,
+/// and the set-point until they are taut, m; the measured slack below which they count as taut, m,
+/// and for how long, s.
+const TIGHTEN_LEAD: f32 = 2e-3;
+const ALMOST_TAUT: f32 = 0.1e-3;
+const TAUT: f32 = 1e-3;
+const TAUT_DWELL: f32 = 0.1;
+
 /// Number of each drive among the robot's drives.
 const LEFT: usize = 0;
 const RIGHT: usize = 1;
@@ -90,6 +98,9 @@ pub struct B2p2 {
     slack_rate: f32,
     release_slack: f32,
     measured_slack: f32,
+    /// Time for which belts that are tightened have been taut, s, and their tension, N.
+    taut_for: f32,
+    belt_tension: f32,
     /// Forward speed that is passed on; the position of this motion is not used.
     forward: Motion,
     turn: Turn,
@@ -139,11 +150,18 @@ impl B2p2 {
     }
 
     /// Slack after the time `period`, s, on the way to the commanded one; NaN does not move it.
+    ///
+    /// The screw tightens the belts with a limited tension, at its own pace. So the set-point goes
+    /// only a little ahead of the measured slack, and a stop keeps the slack that there is.
     fn next_slack(&self, asked: Front, speed_scale: f32, period: f32) -> f32 {
-        let change = limit(
-            asked.slack - self.slack,
-            self.slack_rate * speed_scale * period,
-        );
+        let tightens = asked.slack < self.slack && self.taut_for < TAUT_DWELL;
+        let target = if tightens {
+            let ahead = max(self.measured_slack - TIGHTEN_LEAD, ALMOST_TAUT);
+            max(ahead, asked.slack)
+        } else {
+            asked.slack
+        };
+        let change = limit(target - self.slack, self.slack_rate * speed_scale * period);
         max(self.slack + change, 0.0)
     }
 
@@ -251,6 +269,8 @@ impl Body for B2p2 {
             slack_rate: settings.si(Setting::EngageSpeed),
             release_slack: settings.si(Setting::ReleaseSlack),
             measured_slack: 0.0,
+            taut_for: 0.0,
+            belt_tension: 0.0,
             forward: Motion::default(),
             turn: Turn::new(Self::half_width(settings), settings),
             heading: None,
@@ -317,6 +337,7 @@ impl Body for B2p2 {
             let length = Length::from_bits(to_i32(self.extension * 268_435_456.0));
             self.measured_slack = metres(self.geometry.slack(self.theta, length));
         }
+        self.belt_tension = drive_of(drives, SCREW).belt_tension;
         let tracks = [LEFT, RIGHT].map(|side| drive_of(drives, side).position);
         if let Some(before) = self.tracks {
             let turns = |side: usize| tracks[side].turns_since(before[side]);
@@ -413,6 +434,8 @@ impl Body for B2p2 {
         allowed.ramp(&mut self.forward, driven.forward, self.speed, period);
         let speed = self.forward.velocity;
         self.turn.advance(driven.yaw_rate, speed, &allowed, period);
+        let taut = self.measured_slack < TAUT && self.slack <= ALMOST_TAUT;
+        self.taut_for = if taut { self.taut_for + period } else { 0.0 };
         if allowed.posture {
             let scale = allowed.limits.posture;
             self.slack = self.next_slack(asked.posture, scale, period);
@@ -510,6 +533,10 @@ impl Body for B2p2 {
 
     fn slack(&self) -> [f32; 2] {
         [self.slack, self.measured_slack]
+    }
+
+    fn belt_tension(&self) -> f32 {
+        self.belt_tension
     }
 
     fn odometry_um(&self) -> i32 {

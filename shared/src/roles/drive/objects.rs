@@ -245,6 +245,8 @@ impl<S: Store> Objects<S> {
             objects::publish_snapshot(values, snapshot);
         }
         objects::publish_outputs(values, outputs);
+        // An axle has no such object.
+        values.set(screw::OBJECT2101, outputs.belt_tension);
         if !guarded && !outputs.faults.is_empty() {
             let word = State::Fault.in_statusword(outputs.status.statusword);
             values.set(objects::OBJECT6041, word);
