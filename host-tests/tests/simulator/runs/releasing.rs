@@ -54,15 +54,15 @@ fn belts_are_released_kept_in_a_stop_and_tightened() {
             slack(&samples[place].truth)
         };
         for (time_s, low, high) in [
-            (8.9, -1e-4, 1e-4),
+            (8.9, -4e-4, 4e-4),
             (10.5, 0.017, 0.022),
             (16.9, 0.0499, 0.0501),
-            (21.9, -1e-4, 1e-4),
+            (21.9, -4e-4, 4e-4),
         ] {
             let found = at(time_s);
             assert!((low..high).contains(&found), "{time_s} s: {found} m");
         }
-        assert!((at(11.9) - at(10.5)).abs() < 1e-4, "a stop keeps the slack");
+        assert!((at(11.9) - at(10.5)).abs() < 2e-4, "a stop keeps the slack");
         // No sample shows a faster change than 20 mm/s and what the joint's motion adds.
         for pair in samples.windows(2).filter(|pair| pair[0].time_s > 8.0) {
             let rate =

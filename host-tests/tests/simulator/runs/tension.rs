@@ -21,11 +21,26 @@ fn errors(name: &str, samples: &[Sample]) -> [f64; 2] {
     assert!(count > 500, "{name}: {count} samples");
     let mean = errors.iter().sum::<f64>() / count as f64;
     let p95 = errors[count * 95 / 100];
-    println!("{name}: mean {mean:.1} N, p95 {p95:.1} N, max {:.1} N", errors[count - 1]);
+    println!(
+        "{name}: mean {mean:.1} N, p95 {p95:.1} N, max {:.1} N",
+        errors[count - 1]
+    );
     if let Ok(place) = std::env::var("DUMP") {
         let mut text = String::new();
         for s in samples {
-            text += &format!("{} {} {} {} {} {} {} {} {} {}\n", s.time_s, s.received.belt_tension, tension(s), s.truth.theta, s.truth.extension, s.truth.pitch, s.drives[3].as_ref().map_or(0.0, |d| d.torque_nm), s.received.currents[3], s.drives[3].as_ref().map_or(0.0, |d| d.speed_radps), s.received.guard_state.replace(' ', "_"));
+            text += &format!(
+                "{} {} {} {} {} {} {} {} {} {}\n",
+                s.time_s,
+                s.received.belt_tension,
+                tension(s),
+                s.truth.theta,
+                s.truth.extension,
+                s.truth.pitch,
+                s.drives[3].as_ref().map_or(0.0, |d| d.torque_nm),
+                s.received.currents[3],
+                s.drives[3].as_ref().map_or(0.0, |d| d.speed_radps),
+                s.received.guard_state.replace(' ', "_")
+            );
         }
         std::fs::write(format!("{place}/{name}.txt"), text).unwrap();
     }
@@ -47,9 +62,13 @@ fn dump_all() {
         let root = super::path("x").parent().unwrap().join(dir);
         for file in std::fs::read_dir(root).unwrap() {
             let file = file.unwrap().path();
-            if file.extension().is_none_or(|e| e != "toml") { continue; }
+            if file.extension().is_none_or(|e| e != "toml") {
+                continue;
+            }
             let stem = file.file_stem().unwrap().to_str().unwrap().to_owned();
-            if ["bench", "client", "commissioning"].contains(&stem.as_str()) { continue; }
+            if ["bench", "client", "commissioning"].contains(&stem.as_str()) {
+                continue;
+            }
             let scenario = tautrack_host_tests::scenario::Scenario::load(&file).unwrap();
             let samples = outcome(&scenario, Board::Host).1;
             let _ = std::panic::catch_unwind(|| errors(&format!("all-{stem}"), &samples));
