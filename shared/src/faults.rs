@@ -347,7 +347,8 @@ mod tests {
         let single = || (0..TABLE.len()).map(|row| 1_u32 << row);
         let pairs = single().flat_map(|one| single().map(move |other| one | other));
         let few = pairs.flat_map(|pair| single().map(move |one| pair | one));
-        let many = (0..1 << 16).map(|seed: u32| seed.wrapping_mul(0x9e37_79b9) % (1 << TABLE.len()));
+        let many =
+            (0..1 << 16).map(|seed: u32| seed.wrapping_mul(0x9e37_79b9) % (1 << TABLE.len()));
         for bits in few.chain(many) {
             let faults = Faults(bits);
             let members = ALL.iter().filter(|fault| faults.contains(**fault));

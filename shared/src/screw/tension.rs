@@ -46,3 +46,20 @@ impl SlackLaw {
         r * (k - r) / (self.squares - slack * (self.two_k - slack))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_low_pass_takes_20_ms_and_ignores_what_is_not_finite() {
+        let mut tension = Tension::default();
+        for _ in 0..20 {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                tension.add(bad, 1e-3);
+            }
+            tension.add(100.0, 1e-3);
+        }
+        assert!((62.0..66.0).contains(&tension.newtons()), "{tension:?}");
+    }
+}

@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
 use tautrack::bus::pdo::{
-    BeltStatus, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, Payload,
-    transmit,
+    BeltStatus, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    Payload, transmit,
 };
 use tautrack::can::Frame;
 use tautrack::faults::Fault;

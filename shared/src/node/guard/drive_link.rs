@@ -9,8 +9,8 @@ use crate::bus::cia402::{
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::{NmtState, as_emergency, as_heartbeat, is_remark};
 use crate::bus::pdo::{
-    BeltStatus, DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset, VelocitySetPoint, receive,
-    transmit,
+    BeltStatus, DriveMotion, DriveStatus, Payload, PositionSetPoint, TorqueOffset,
+    VelocitySetPoint, receive, transmit,
 };
 use crate::bus::scale::{BusUnits, Scale, from_centi};
 use crate::can::Frame;

@@ -4,8 +4,8 @@ use super::Guard;
 use super::interface::FaultReport;
 use crate::bus::pdo::{GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState};
 use crate::bus::scale::{centi, centidegrees, micro, milli};
-use crate::math::to_i16;
 use crate::estimate::state::{State, Validity};
+use crate::math::to_i16;
 use crate::robots::{Body, PostureCommand};
 use crate::stability::verdict::Verdict;
 
