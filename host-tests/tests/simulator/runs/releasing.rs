@@ -55,11 +55,12 @@ fn belts_are_released_kept_in_a_stop_and_tightened() {
             slack(&samples[place].truth)
         };
         for (time_s, low, high) in [
-            (8.9, -1e-4, 1e-4),
+            // The belts press the screw and the joint by their tension.
+            (8.9, -4e-4, 4e-4),
             (10.5, 0.017, 0.022),
             // All that the screw can give at this angle.
             (16.9, 0.0571, 0.0573),
-            (25.9, -1e-4, 1e-4),
+            (25.9, -4e-4, 4e-4),
         ] {
             let found = at(time_s);
             assert!((low..high).contains(&found), "{time_s} s: {found} m");
