@@ -444,3 +444,37 @@ fn a_slack_of_zero_or_nan_changes_nothing_and_an_absurd_one_is_bounded() {
         }
     }
 }
+
+/// By virtual work: a belt pulls with its tension times the growth of its loop. Also at the
+/// released length, where the belt has less slack than commanded.
+#[test]
+fn tension_per_force_is_that_of_two_loops_around_the_axles() {
+    let mut worst = [0.0_f64; 2];
+    for k in [0.80, 1.232, 1.5] {
+        let geometry = geometry(0.32, 0.23, k).unwrap();
+        let law = SlackLaw::new(&geometry);
+        let released = geometry.released_length();
+        for (step, slack) in
+            (-100..=100).flat_map(|step| [0.0, 0.01, 0.06, 0.12].map(|s| (step, s)))
+        {
+            let theta = 0.0175 * f64::from(step);
+            let loop_at = |r: f64| r + (0.32 + r * theta.cos()).hypot(r * theta.sin());
+            let taut = geometry.extension(Angle::from_radians(theta as f32));
+            let mut extension = law.extension(taut, slack);
+            let ends = extension.length < released;
+            extension.length = extension.length.max(released);
+            let r = 0.23 + metres(extension.length);
+            let growth = (loop_at(r + 1e-5) - loop_at(r - 1e-5)) / 2e-5;
+            let found = f64::from(law.tension_per_force(extension, slack));
+            let error = (found * 2.0 * growth - 1.0).abs();
+            let place = &mut worst[usize::from(ends)];
+            *place = place.max(error);
+        }
+    }
+    println!(
+        "by the law {:.1e}, at the released length {:.3}",
+        worst[0], worst[1]
+    );
+    assert!(worst[0] < 3e-7, "{worst:?}");
+    assert!(worst[1] < 0.18, "{worst:?}");
+}

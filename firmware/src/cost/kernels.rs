@@ -3,8 +3,9 @@
 use super::counter::Table;
 use super::inputs::{Random, angle, geometry, settings};
 use core::hint::black_box;
+use tautrack::constants::CONTROL_PERIOD;
 use tautrack::math;
-use tautrack::screw::SlackLaw;
+use tautrack::screw::{Extension, Length, SlackLaw, Tension};
 use tautrack::stability::tipover::Edges;
 use tautrack::units::Angle;
 
@@ -39,6 +40,23 @@ pub fn count(table: &mut Table) -> Option<()> {
         },
         |((geometry, law), (theta, slack), result)| {
             *result = Some(law.extension(geometry.extension(*theta), *slack));
+        },
+    )?;
+    table.kernel(
+        "tension of the belts",
+        &mut (
+            black_box((law, Extension::default(), Tension::default())),
+            (0.0, 0.0),
+            0.0,
+        ),
+        |((_, extension, _), (force, slack), _), _, random| {
+            extension.length = Length::from_num(0.3 + random.within(0.05));
+            (*force, *slack) = (random.within(400.0), 0.06 + random.within(0.05));
+        },
+        |((law, extension, tension), (force, slack), result)| {
+            let per_force = law.tension_per_force(*extension, *slack);
+            tension.add(*force * per_force, CONTROL_PERIOD);
+            *result = tension.newtons();
         },
     )?;
     count_tip_over(table)

@@ -62,6 +62,7 @@ fn every_shipped_scenario_is_good_and_named_like_its_file() {
             "bench",
             "client",
             "commissioning",
+            "curb-30-cm-released",
             "curb-turned-and-folded",
             "flat",
             "node-dies-mid-climb",

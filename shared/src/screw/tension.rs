@@ -35,8 +35,9 @@ impl SlackLaw {
     /// law of the belt with `k = K - slack`, `L` is `k - r`, and this is
     /// `(k^2 - L1^2) / (2 r (k - r))`. So neither the angle nor a root is needed.
     ///
-    /// `extension` must be one of [`Self::extension`], or the released length. Bad slack counts as
-    /// it does there. Worst error: 1e-6 (`shared/tests/screw.rs`).
+    /// `extension` must be one of [`Self::extension`], for which the worst relative error is 3e-7,
+    /// or the released length, where it is 0.18 if the belt has less slack than `slack`
+    /// (`shared/tests/screw.rs`). Bad slack counts as it does there.
     /// Cost on Cortex-M4: about 20 instructions.
     #[inline]
     pub fn tension_per_force(&self, extension: Extension, slack: f32) -> f32 {
@@ -44,5 +45,22 @@ impl SlackLaw {
         let r = metres(extension.length) + self.l2;
         let k = 0.5 * self.two_k - slack;
         r * (k - r) / (self.squares - slack * (self.two_k - slack))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_low_pass_takes_20_ms_and_ignores_what_is_not_finite() {
+        let mut tension = Tension::default();
+        for _ in 0..20 {
+            for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+                tension.add(bad, 1e-3);
+            }
+            tension.add(100.0, 1e-3);
+        }
+        assert!((62.0..66.0).contains(&tension.newtons()), "{tension:?}");
     }
 }

@@ -58,3 +58,51 @@ fn lasts(ticks: &mut u8, condition: bool, dwell: u8) -> bool {
     }
     reached
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ticks until a fault comes, at this tension, N.
+    fn ticks(watch: &mut BeltWatch, tension: f32, taut: bool) -> Option<(usize, Faults)> {
+        let faults = (1..=1_000).map(|tick| (tick, watch.tick(tension, taut)));
+        faults.into_iter().find(|(_, faults)| !faults.is_empty())
+    }
+
+    #[test]
+    fn only_taut_belts_that_had_a_tension_are_lost_and_only_once() {
+        let mut watch = BeltWatch::new(&Settings::default());
+        let lost = Some((200, Faults::of(Fault::BeltLost)));
+        assert_eq!(ticks(&mut watch, 0.0, true), None, "no tension before");
+        for (before, taut, expected) in [
+            (19.0, true, None),
+            (21.0, true, lost),
+            (0.0, true, None),
+            (50.0, false, None),
+            (50.0, true, lost),
+        ] {
+            watch.tick(before, taut);
+            assert_eq!(ticks(&mut watch, 9.0, taut), expected, "{before} {taut}");
+        }
+        watch.tick(50.0, true);
+        watch.tick(0.0, false);
+        assert_eq!(ticks(&mut watch, 0.0, true), None, "released meanwhile");
+        watch.tick(50.0, true);
+        assert_eq!(ticks(&mut watch, 11.0, true), None);
+    }
+
+    #[test]
+    fn an_overload_is_reported_in_any_mode_and_again_while_it_lasts() {
+        let mut watch = BeltWatch::new(&Settings::default());
+        let overload = Some((50, Faults::of(Fault::BeltOverload)));
+        for taut in [false, true, true] {
+            assert_eq!(ticks(&mut watch, 401.0, taut), overload);
+        }
+        assert_eq!(ticks(&mut watch, 399.0, true), None);
+        for _ in 0..1_000 {
+            let spikes = (0..49).map(|_| watch.tick(1e9, true));
+            assert!(spikes.fold(Faults::NONE, Faults::or).is_empty());
+            watch.tick(0.0, false);
+        }
+    }
+}

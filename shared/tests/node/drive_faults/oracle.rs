@@ -44,11 +44,12 @@ impl Tally {
     pub fn counts(&self) -> impl Iterator<Item = (String, u64)> {
         let states = STATES.iter().zip(self.states);
         let states = states.map(|(state, count)| (format!("{state:?}"), count));
-        // Drives do not raise the faults that the guard reports.
+        // Drives do not raise the faults that the guard reports. No random current is that of a
+        // belt that breaks.
         let drive = ALL
             .iter()
             .zip(self.faults)
-            .filter(|(fault, _)| !BY_THE_GUARD.contains(fault));
+            .filter(|(fault, _)| !BY_THE_GUARD.contains(fault) && **fault != Fault::BeltLost);
         let faults = drive.map(|(fault, count)| (format!("{fault:?}"), count));
         states.chain(faults).chain([
             ("a second fault".to_owned(), self.behind_another),
