@@ -38,7 +38,7 @@ impl SlackLaw {
     /// `extension` must be one of [`Self::extension`], for which the worst relative error is 3e-7,
     /// or the released length, where it is 0.18 if the belt has less slack than `slack`
     /// (`shared/tests/screw.rs`). Bad slack counts as it does there.
-    /// Cost on Cortex-M4: about 20 instructions.
+    /// Cost: see "tension of the belts" of `cargo cost`, with the low-pass.
     #[inline]
     pub fn tension_per_force(&self, extension: Extension, slack: f32) -> f32 {
         let slack = self.within(slack);
