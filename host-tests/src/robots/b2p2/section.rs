@@ -26,7 +26,7 @@ pub struct B2p2 {
     /// Height of body 1's centre of mass above the line through axles 1 and 2.
     #[serde(default)]
     pub com_offset_m: f64,
-    /// Distance by which the belts can rise between their pulleys before they meet the guide plates.
+    /// Distance by which the belts can rise between pulleys before they meet the guide plates.
     #[serde(default)]
     pub guide_clearance_m: f64,
     /// Noise of the sensors on the body, as a multiple of the nominal noise.

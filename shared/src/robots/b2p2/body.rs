@@ -38,7 +38,7 @@ const SCREW_THERE: f32 = 0.5e-3;
 /// Time for which the belt must be taut before the robot is armed, us.
 const TAUT_DWELL_US: u64 = 100_000;
 
-/// While the belts are tightened: how far the set-point of the slack is ahead of the measured slack,
+/// While the belts are tightened: how far the slack's set-point is ahead of the measured slack,
 /// and the set-point until they are taut, m; the measured slack below which they count as taut, m,
 /// and for how long, s.
 const TIGHTEN_LEAD: f32 = 2e-3;

@@ -2,9 +2,9 @@
 //! screw and a pair of belts.
 //!
 //! [`parameters`]: the constant model. `robot`: bodies and joints in the physics engine. `contact`:
-//! contact of belts and ground. [`belt`]: the belts between the pulleys. `start`: puts both into the engine. `step`: the order of one step.
-//! `sensing`: the readings of the motors' sensors. `truth`: the ground truth. `interface`: the
-//! implementation of [`crate::world::Plant`].
+//! contact of belts and ground. [`belt`]: the belts between the pulleys. `start`: puts all of them
+//! into the engine. `step`: the order of one step. `sensing`: the readings of the motors' sensors.
+//! `truth`: the ground truth. `interface`: the implementation of [`crate::world::Plant`].
 
 pub mod belt;
 mod contact;
