@@ -104,9 +104,9 @@ impl Gear {
     }
 }
 
-/// Belt on its sprocket.
+/// Sprocket that drives a belt.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Belt {
+pub struct Sprocket {
     /// Speed, m/s.
     pub speed: f64,
     /// Force of the ground along the belt, forward positive, low-passed, N.
@@ -123,7 +123,7 @@ const BELT_LAG: f64 = 0.010;
 /// zero.
 const SLIP_LAG: f64 = 0.050;
 
-impl Belt {
+impl Sprocket {
     /// Sets the belt's speed from the motion of the sprocket's shaft. If the node is dead, the belt
     /// moves freely against the friction of the gear.
     pub fn drive(&mut self, shaft: Option<&Shaft>, radius: f64, inertia: f64, friction: f64) {

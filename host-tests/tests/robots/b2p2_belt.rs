@@ -297,3 +297,39 @@ fn the_screw_carries_the_tension_of_both_belts() {
         "{tense} N, {loose} N, expected {expected} N"
     );
 }
+
+#[test]
+fn a_track_comes_off_if_its_belt_is_far_too_slack_and_a_released_one_stays_on() {
+    // Belts that are 5 and 25 % longer than the law says.
+    for (belt_tension, came_off) in [(-5.0e3, None), (-2.0e4, Some("left track"))] {
+        let parameters = B2p2Parameters {
+            belt_tension,
+            ..B2p2Parameters::nominal()
+        };
+        let mut robot = Driven::new(&parameters, Ground::Flat, 1);
+        robot.drive(0.0, 0.2);
+        assert_eq!(robot.plant.truth().came_off, came_off, "{belt_tension} N");
+    }
+}
+
+#[test]
+fn corners_push_the_belts_in_between_pulleys_only_as_far_as_the_guide_plates_let_them() {
+    let ground = Ground::Curb {
+        height: 0.04,
+        front_x: 0.9,
+        depth: 3.0,
+    };
+    for (guide_clearance, pushes) in [(0.0, false), (0.02, true)] {
+        let parameters = B2p2Parameters {
+            guide_clearance,
+            ..B2p2Parameters::nominal()
+        };
+        let mut robot = Driven::new(&parameters, ground, 1);
+        let mut pushed = false;
+        for _ in 0..8_000 {
+            robot.drive(0.1, DT);
+            pushed |= robot.plant.belt_corners().any(|force| force[2] > 1.0);
+        }
+        assert_eq!(pushed, pushes, "{guide_clearance} m");
+    }
+}

@@ -19,7 +19,7 @@ mod truth;
 pub use parameters::B2p2Parameters;
 pub use robot::mass_properties;
 
-use crate::world::gear::{Belt, Gear};
+use crate::world::gear::{Gear, Sprocket};
 use crate::world::gnss::Receiver;
 use crate::world::ground::Ground;
 use crate::world::hand::Grip;
@@ -36,7 +36,7 @@ pub struct B2p2 {
     parameters: B2p2Parameters,
     world: PhysicsWorld,
     robot: Robot,
-    sprockets: [Belt; 2],
+    sprockets: [Sprocket; 2],
     belts: Belts,
     joint: Gear,
     screw: Gear,

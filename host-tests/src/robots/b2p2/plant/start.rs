@@ -4,7 +4,7 @@ use super::belt::Belts;
 use super::contact::{GroundForces, Support};
 use super::robot::{self, Robot};
 use super::{B2p2, B2p2Parameters};
-use crate::world::gear::{Belt, Gear};
+use crate::world::gear::{Gear, Sprocket};
 use crate::world::gnss::Receiver;
 use crate::world::ground::Ground;
 use crate::world::hand::Grip;
@@ -37,7 +37,7 @@ impl B2p2 {
                 p.initial_theta,
             ),
             screw: Gear::new(p.screw_gear, p.screw_lead, None, p.initial_extension()),
-            sprockets: [Belt::default(); 2],
+            sprockets: [Sprocket::default(); 2],
             belts: Belts::new(terrain),
             support: Support::default(),
             ground: GroundForces::default(),
