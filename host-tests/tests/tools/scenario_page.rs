@@ -18,9 +18,12 @@ fn page() -> String {
 /// The page, and those of the robots.
 fn pages() -> String {
     let folder = checkout::root().expect("it was found").join("docs/robots");
-    let robots = std::fs::read_dir(folder).expect("docs/robots");
-    let robots = robots.map(|page| std::fs::read_to_string(page.expect("a page").path()));
-    robots.fold(page(), |all, page| all + &page.expect("a page"))
+    let files = std::fs::read_dir(folder).expect("docs/robots");
+    let paths = files.map(|file| file.expect("a file").path());
+    let pages = paths.filter(|path| path.extension().is_some_and(|ending| ending == "md"));
+    pages.fold(page(), |all, page| {
+        all + &std::fs::read_to_string(page).expect("a page")
+    })
 }
 
 /// The examples of the page. Keys of a partial example replace those of the first one, which is
