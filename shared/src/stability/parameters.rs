@@ -60,6 +60,8 @@ pub struct Parameters {
     pub dwell: f32,
     /// How far ahead margins are predicted, in addition to the time of a stop.
     pub horizon: f32,
+    /// Largest speed over ground, m/s.
+    pub speed: f32,
     /// Acceleration and deceleration over ground, m/s^2.
     pub acceleration: f32,
     /// Largest deceleration of the guard's own stops, m/s^2; never below `acceleration`.
@@ -180,6 +182,7 @@ impl Parameters {
             hysteresis: settings.si(Setting::BandHysteresis),
             dwell: settings.si(Setting::BandDwell),
             horizon: settings.si(Setting::PredictionHorizon),
+            speed: settings.si(Setting::SpeedLimit),
             acceleration: settings.si(Setting::DriveAcceleration),
             braking: max(
                 settings.si(Setting::GuardDeceleration),

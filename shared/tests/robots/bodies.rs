@@ -23,6 +23,7 @@ fn a_yaw_rate_keeps_the_curve_and_never_exceeds_the_command() {
     let allowed = Allowed {
         speed_scale: 0.5,
         stop: None,
+        brakes: false,
         posture: true,
         limits: MotionLimits::default(),
     };

@@ -11,9 +11,7 @@ use tautrack::stability::allowed::Command;
 use tautrack::stability::bands::{Band, Bands};
 use tautrack::stability::criterion::Criterion;
 use tautrack::stability::energy::{Rotation, Tipping, stopping_speed};
-use tautrack::stability::filter::{
-    Bounds, Margins, Ramp, Tracker, posture, speed_scale, within_limit,
-};
+use tautrack::stability::filter::{Bounds, Margins, Ramp, Tracker, posture, speed_scale};
 use tautrack::stability::limits::MotionLimits;
 use tautrack::stability::parameters::Parameters;
 use tautrack::stability::support::{Stance, narrowest};

@@ -1,7 +1,7 @@
 //! Limits an admitted command to what the margins allow.
 
 use super::Balance;
-use crate::math::{max, min};
+use crate::math::{limit, max, min};
 use crate::stability::allowed::{Ahead, Allowed, Command};
 use crate::stability::filter::{Ramp, Verdict};
 use crate::stability::limits::MotionLimits;
@@ -71,13 +71,16 @@ impl Balance {
             }
             step_behind::within(evaluated, self.room(), 1.0 - wide)
         });
-        let driven = filter::speed_scale(command.speeds(), pitch, &self.margins, &bounds);
-        let limit = match command.forward {
+        // The scale applies to what the robot can do, not to a larger command.
+        let forward = limit(command.forward, parameters.speed);
+        let asked = Command::new(forward, command.yaw_rate);
+        let driven = filter::speed_scale(asked, pitch, &self.margins, &bounds);
+        let most = match forward {
             _ if backs_off => (f32::INFINITY, Edge::Back),
             forward if forward < 0.0 => (self.backward_limit(wide), Edge::Back),
             forward => (forward * forward_scale, Edge::Front),
         };
-        let (speed_scale, drive) = filter::within_limit(driven, command.forward, limit);
+        let (speed_scale, drive) = filter::within_limit(driven, forward, most);
         // The command may lead away from an edge to which the robot still drives.
         let present = Command::new(self.speed, command.yaw_rate);
         let (bearable, _) = filter::speed_scale(present, pitch, &self.margins, &bounds);
