@@ -31,6 +31,8 @@ const CHASSIS_ACCELERATION: f32 = 4.0;
 /// the one from which none does (90 degrees: it turns over).
 const FALLS_WELL: f32 = 1.396;
 const TURNS_OVER: f32 = 1.571;
+/// Edge off which no robot turns over, m.
+const LOW: f32 = 0.05;
 /// Pitch below which a robot counts as driving on level ground, rad. So an error of the pitch adds
 /// up to no climb.
 const LEVEL: f32 = 0.05;
@@ -412,7 +414,11 @@ impl Body for B2p2 {
     /// reaches the ground below, and falls on about axle 2 onto its raised front. Its body turns over
     /// if all this is more than a right angle.
     fn forward_scale(&self, attitude: &Attitude) -> f32 {
-        let sine = min(self.climbed, self.step) / self.model.l1();
+        let height = min(self.climbed, self.step);
+        if !(height > LOW) {
+            return 1.0;
+        }
+        let sine = height / self.model.l1();
         // Arc sine, with an error below 1 % up to 0.6 rad.
         let edge = sine * (1.0 + sine * sine / 6.0);
         let turned = self.theta.radians() + edge - attitude.pitch().radians();
