@@ -329,3 +329,25 @@ fn backing_down_close_to_the_rear_edge_is_slow() {
     // v^2 = 2 g (l - l_trip) l^2 / h^2 with l^2 = 0.0409 m^2; 10 mm, the trip margin, are left.
     assert!((passed - 0.1979).abs() < 2e-3, "{passed}");
 }
+
+/// The robot drives forward, nose up, and its rear margin falls from 100 mm by 0.3 m/s. The command
+/// leads away from this edge, but the robot still drives to it.
+#[test]
+fn a_robot_that_drives_to_an_edge_brakes_hard_although_its_command_leads_away() {
+    for (speed, margin, rate, brakes) in [
+        (0.4, 0.1, -0.3, true),
+        (0.4, 0.3, -0.3, false),
+        (-0.1, 0.1, 0.0, false),
+    ] {
+        let (_, mut balance) = standing(&settings(&[(Setting::StepBehind, 0)]), margin, speed);
+        balance.margins.rate[Edge::Back as usize] = rate;
+        balance.margins.speed = speed;
+        let backward = Command {
+            forward: -0.2,
+            ..Command::<()>::default()
+        };
+        let (allowed, verdict) = balance.filter(&backward, None, at(0.4, speed.abs() / 0.4));
+        assert_eq!((allowed.speed_scale, verdict), (1.0, Verdict::Passed));
+        assert_eq!(allowed.brakes, brakes, "{speed} {margin}");
+    }
+}
