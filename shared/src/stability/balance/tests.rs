@@ -330,14 +330,14 @@ fn backing_down_close_to_the_rear_edge_is_slow() {
     assert!((passed - 0.1979).abs() < 2e-3, "{passed}");
 }
 
-/// The robot drives forward, nose up, and its rear margin falls from 100 mm by 0.3 m/s. The command
+/// The robot drives forward, nose up, and its rear margin of 110 mm falls by 0.15 m/s. The command
 /// leads away from this edge, but the robot still drives to it.
 #[test]
 fn a_robot_that_drives_to_an_edge_brakes_hard_although_its_command_leads_away() {
     for (speed, margin, rate, brakes) in [
-        (0.4, 0.1, -0.3, true),
-        (0.4, 0.3, -0.3, false),
-        (-0.1, 0.1, 0.0, false),
+        (0.4, 0.11, -0.15, true),
+        (0.4, 0.3, -0.15, false),
+        (-0.1, 0.11, 0.0, false),
     ] {
         let (_, mut balance) = standing(&settings(&[(Setting::StepBehind, 0)]), margin, speed);
         balance.margins.rate[Edge::Back as usize] = rate;
