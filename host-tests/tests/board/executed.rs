@@ -254,6 +254,17 @@ pub fn a_break_opens_the_bridge_until_the_drive_is_disabled() {
 }
 
 #[test]
+fn an_over_voltage_opens_the_bridge_within_four_pwm_periods() {
+    let mut chip = armed_axle();
+    // 32.2 V, behind the divider of 169 and 18 kiloohm.
+    chip.pins(|pins| pins.supply = 3_847);
+    chip.run(200);
+    assert!(!chip.is_live());
+    chip.run(3_000);
+    assert_eq!(read(&mut chip, 0x603f), 0x3210);
+}
+
+#[test]
 pub fn the_current_interrupt_is_the_most_urgent_one() {
     let chip = running_axle();
     let urgency = [ADC1_2, TIM2_IRQ, FDCAN1_IT0, CONTROL].map(|line| chip.priority(line));
