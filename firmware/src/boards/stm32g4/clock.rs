@@ -38,5 +38,8 @@ pub fn start() -> Peripherals {
     config.rcc.boost = true;
     config.rcc.mux.adc12sel = mux::Adcsel::SYS;
     config.rcc.mux.fdcansel = mux::Fdcansel::PCLK1;
-    embassy_stm32::init(config)
+    let peripherals = embassy_stm32::init(config);
+    // A crystal that fails breaks the bridge's timer and raises the NMI (`reset`).
+    pac::RCC.cr().modify(|w| w.set_csson(true));
+    peripherals
 }

@@ -5,7 +5,6 @@
 
 use super::reset;
 use core::cell::RefCell;
-use cortex_m_rt::exception;
 use critical_section::Mutex;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, Flash};
@@ -33,10 +32,9 @@ pub fn start(memory: Peri<'static, FLASH>) {
     critical_section::with(|cs| MEMORY.borrow(cs).replace(Some(Flash::new_blocking(memory))));
 }
 
-/// A power cut can leave a word whose error correction fails. Reading it raises this interrupt,
-/// which would come back for ever. The store finds the word by its own checksum.
-#[exception]
-unsafe fn NonMaskableInt() {
+/// Ends the interrupt of a word whose error correction fails: it would come back for ever. A power
+/// cut can leave such a word. The store finds it by its own checksum.
+pub(super) fn clear_error() {
     REGISTERS.eccr().modify(|errors| errors.set_eccd(true));
 }
 

@@ -1,0 +1,108 @@
+//! What opens the bridge without software, and what does not depend on the crystal.
+
+use crate::checks::field;
+use crate::chip::{BDTR, CORE_HZ, Chip, Event, TIM1};
+use crate::executed::{armed_axle, running_axle};
+use crate::gates;
+
+/// Registers of the comparators 1, 2 and 4, and the number of TIM1's output 5 at each (RM0440,
+/// table 195).
+const COMPARATORS: [(u32, u32); 3] = [(0x4001_0200, 1), (0x4001_0204, 1), (0x4001_020c, 4)];
+
+/// Checks that a cause opens the bridge of an armed axle within 2 us, and that it stays open.
+fn opens(what: &str, cause: impl FnOnce(&mut Chip)) -> Chip {
+    let mut chip = armed_axle();
+    cause(&mut chip);
+    chip.run(2);
+    assert!(!chip.is_live(), "{what}: the bridge is live");
+    chip.run(40_000);
+    assert!(!chip.is_live(), "{what}: the bridge is live again");
+    chip
+}
+
+#[test]
+pub fn each_comparator_opens_the_bridge() {
+    for phase in 0..3 {
+        let mut chip = opens("comparator", |chip| {
+            chip.pins(|pins| pins.over_current[phase] = true);
+        });
+        chip.pins(|pins| pins.over_current[phase] = false);
+        chip.run(40_000);
+        assert!(!chip.is_live(), "the bridge has closed by itself");
+    }
+}
+
+#[test]
+pub fn a_failed_crystal_opens_the_bridge_and_is_named() {
+    let mut chip = armed_axle();
+    chip.fail_crystal();
+    chip.run(2);
+    assert!(!chip.is_live());
+    chip.run(2_000);
+    let lines = gates::log(&chip);
+    assert_eq!(
+        lines.last().map(String::as_str),
+        Some("the crystal has failed")
+    );
+    // The watchdog has a clock of its own.
+    chip.run(60_000);
+    assert!(chip.resets() > 0 && !chip.is_live());
+}
+
+#[test]
+pub fn safe_torque_off_needs_no_clock() {
+    let mut chip = armed_axle();
+    // Nothing watches the crystal, so core and timers stop.
+    chip.stop_clock_security();
+    chip.fail_crystal();
+    chip.run(10);
+    assert!(chip.is_live());
+    chip.pins(|pins| pins.safe_torque_off = false);
+    chip.run(1);
+    assert!(!chip.is_live());
+}
+
+#[test]
+pub fn a_core_that_locks_up_opens_the_bridge() {
+    opens("lock-up", |chip| chip.event(Event::LockUp));
+}
+
+#[test]
+pub fn an_error_of_the_flash_memory_opens_the_bridge() {
+    opens("flash", |chip| chip.event(Event::FlashError));
+}
+
+#[test]
+pub fn a_low_supply_of_the_chip_opens_the_bridge() {
+    opens("supply", |chip| chip.pins(|pins| pins.chip_supply = 2.8));
+    let mut chip = armed_axle();
+    chip.pins(|pins| pins.chip_supply = 3.1);
+    chip.run(1_000);
+    assert!(chip.is_live());
+}
+
+#[test]
+pub fn the_comparators_have_a_filter_and_blanking_and_safe_torque_off_has_neither() {
+    let chip = running_axle();
+    let timer = |offset: u32| chip.register(TIM1 + offset);
+    let bdtr = chip.register(BDTR);
+    assert_eq!(field(bdtr, 16, 4), 0, "safe torque off has a filter");
+    // 8 samples at an eighth of the clock: 0.4 us.
+    assert_eq!(field(bdtr, 20, 4), 9);
+    assert_eq!(field(bdtr, 24, 2), 3, "enabled, active high");
+    assert_eq!(timer(0x60) & 0x3ff, 1 | 1 << 9, "the pin alone, inverted");
+    assert_eq!(
+        timer(0x64) & 0x3ff,
+        0b1011 << 1,
+        "comparators 1, 2 and 4 alone"
+    );
+    // Output 5 is high below 1 us of the counter.
+    assert_eq!(u64::from(timer(0x48) & 0xffff), CORE_HZ / 1_000_000);
+    assert_eq!(field(timer(0x50), 4, 3), 6, "PWM mode 1");
+    assert_eq!(field(timer(0x20), 16, 1), 1);
+    for (register, blanking) in COMPARATORS {
+        let control = chip.register(register);
+        assert_eq!(field(control, 19, 3), blanking, "{register:#x}");
+        assert_eq!(control & 1, 1, "{register:#x}");
+    }
+}
