@@ -1,7 +1,7 @@
 //! What opens the bridge without software, and what does not depend on the crystal.
 
 use crate::checks::field;
-use crate::chip::{BDTR, CORE_HZ, Chip, Event, TIM1};
+use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1};
 use crate::executed::{armed_axle, running_axle};
 use crate::gates;
 
@@ -105,4 +105,14 @@ pub fn the_comparators_have_a_filter_and_blanking_and_safe_torque_off_has_neithe
         assert_eq!(field(control, 19, 3), blanking, "{register:#x}");
         assert_eq!(control & 1, 1, "{register:#x}");
     }
+}
+
+#[test]
+pub fn a_probe_that_halts_the_core_opens_the_bridge() {
+    let mut chip = armed_axle();
+    // A probe catches a fault of the core before its handler runs.
+    chip.halt();
+    chip.run(1_000);
+    assert!(!chip.is_live());
+    assert_ne!(chip.register(BDTR) & MOE, 0, "nothing has cleared the bit");
 }

@@ -61,6 +61,12 @@ pub struct Pins {
     pub dead_time_ns: i32,
 }
 
+/// Stops the timer while a debug probe halts the core. The timer then switches its outputs off
+/// (RM0440, 29.3.31): no handler of the program runs, not even after a fault.
+pub fn freeze_when_halted() {
+    pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
+}
+
 /// Opens all transistors, whatever state the timer is in. Usable before everything else and in
 /// fault handlers.
 #[inline]

@@ -167,6 +167,7 @@ impl Board for Esc1 {
     fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
+        bridge::freeze_when_halted();
         EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))
     }
 

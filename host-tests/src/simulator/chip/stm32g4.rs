@@ -389,7 +389,7 @@ impl State {
         let enabled = self.get(TIM1 + 0x20) & 0x55 == 0x55;
         let counting = self.get(TIM1) & 1 != 0;
         Bridge {
-            live: self.get(BDTR) & MOE != 0 && enabled && counting,
+            live: self.drives() && enabled && counting,
             compares: [0x34, 0x38, 0x3c].map(|compare| self.get(TIM1 + compare)),
             reload: self.get(TIM1 + 0x2c),
         }
@@ -716,7 +716,8 @@ impl Chip {
                     self.cpu = observe::new_core(&self.cpu);
                 }
             }
-            let (runs, slowness) = (state.has_clock(), state.slowness());
+            let runs = state.has_clock() && !state.is_halted();
+            let slowness = state.slowness();
             drop(state);
             if !runs {
                 clock = self.next.min(end).max(clock + 1);
@@ -839,7 +840,7 @@ impl Chip {
 
     /// Whether the transistors can be switched on.
     pub fn is_live(&self) -> bool {
-        self.register(BDTR) & MOE != 0
+        self.state().drives()
     }
 
     /// Number of resets by the watchdog.

@@ -32,10 +32,22 @@ pub enum Event {
 #[derive(Default)]
 pub(super) struct Events {
     crystal_failed: bool,
+    /// A debug probe has halted the core; TIM1 is frozen with it.
+    halted: Option<bool>,
     new: Vec<Event>,
 }
 
 impl State {
+    /// Whether the timer of the bridge drives the gates. One that is frozen does not.
+    pub(super) fn drives(&self) -> bool {
+        self.get(BDTR) & MOE != 0 && self.events.halted != Some(true)
+    }
+
+    /// Whether a debug probe has halted the core.
+    pub(super) fn is_halted(&self) -> bool {
+        self.events.halted.is_some()
+    }
+
     /// Whether core and timers have a clock.
     pub(super) fn has_clock(&self) -> bool {
         // The system clock is the crystal's, directly or through the PLL.
@@ -134,6 +146,16 @@ impl State {
 }
 
 impl Chip {
+    /// Halts the core for good, as a debug probe does that has found a fault of the core.
+    pub fn halt(&mut self) {
+        let mut frozen = [0; 4];
+        self.other
+            .read_at(0x10, &mut frozen)
+            .expect("the debug unit");
+        let frozen = u32::from_le_bytes(frozen) >> 11 & 1 != 0;
+        self.state().events.halted = Some(frozen);
+    }
+
     /// Stops the crystal for good.
     pub fn fail_crystal(&mut self) {
         self.state().fail_crystal();
