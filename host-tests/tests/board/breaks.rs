@@ -1,8 +1,8 @@
 //! What opens the bridge without software, and what does not depend on the crystal.
 
 use crate::checks::field;
-use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1};
-use crate::executed::{armed_axle, running_axle};
+use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1, Write};
+use crate::executed::{arm, armed_axle, running_axle, write};
 use crate::gates;
 
 /// Registers of the comparators 1, 2 and 4, and the number of TIM1's output 5 at each (RM0440,
@@ -115,4 +115,63 @@ pub fn a_probe_that_halts_the_core_opens_the_bridge() {
     chip.run(1_000);
     assert!(!chip.is_live());
     assert_ne!(chip.register(BDTR) & MOE, 0, "nothing has cleared the bit");
+}
+
+#[test]
+pub fn a_break_just_before_the_bridge_is_enabled_opens_it_for_good() {
+    for offset in [0, 7, 19, 31, 43] {
+        let mut chip = armed_axle();
+        chip.run(offset);
+        chip.race();
+        chip.run(100);
+        for _ in 0..20 {
+            assert!(!chip.is_live(), "{offset} us");
+            chip.run(503);
+        }
+    }
+}
+
+/// Core clocks of a PWM period.
+const PERIOD: u64 = CORE_HZ / 20_000;
+/// The newest code of the current of phase a.
+const ADC1_PHASE_A: u32 = 0x5000_0080;
+/// Compare registers of the half bridges.
+const COMPARES: [u32; 3] = [TIM1 + 0x34, TIM1 + 0x38, TIM1 + 0x3c];
+
+#[test]
+pub fn a_bridge_that_is_armed_again_begins_without_voltage() {
+    let mut chip = armed_axle();
+    // A current that no voltage ends makes the current loop give all the voltage that it has.
+    let zero = chip.register(ADC1_PHASE_A) as u16;
+    chip.pins(|pins| pins.phase_a = zero + 40);
+    let high = |chip: &Chip| {
+        let compares = COMPARES.map(|compare| chip.register(compare));
+        compares.into_iter().any(|compare| compare > 3_000)
+    };
+    for _ in 0..60 {
+        if !high(&chip) {
+            chip.run(100);
+        }
+    }
+    assert!(chip.is_live() && high(&chip));
+    chip.pins(|pins| pins.phase_a = zero);
+    write(&mut chip, 0x6040, 0, &[0, 0]);
+    write(&mut chip, 0x6040, 0, &[0x80, 0]);
+    let stopped = chip.clock();
+    arm(&mut chip);
+    // The last start of the counter is an underflow.
+    let writes = chip.writes();
+    let start = writes
+        .iter()
+        .rfind(|write| write.address == TIM1 && write.value & 1 != 0);
+    let start = start.expect("a start").clock;
+    let live =
+        |write: &&Write| write.clock > stopped && write.address == BDTR && write.value & MOE != 0;
+    let armed = writes.iter().find(live).expect("an arming").clock;
+    let underflow = armed - (armed - start) % PERIOD;
+    for compare in COMPARES {
+        let before = |write: &&Write| write.address == compare && write.clock < underflow;
+        let acts = writes.iter().rfind(before).expect("a compare value");
+        assert_eq!(acts.value, 2_125, "{compare:#x}");
+    }
 }

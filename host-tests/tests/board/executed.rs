@@ -104,7 +104,7 @@ pub fn armed_axle_watched(watcher: impl FnMut(Executed) + Send + 'static) -> Chi
 }
 
 /// Enables the drive in bench mode.
-fn arm(chip: &mut Chip) {
+pub fn arm(chip: &mut Chip) {
     write(chip, 0x2001, 0, &[1]);
     write(chip, 0x6060, 0, &[9]);
     for control in [0x06_u8, 0x07, 0x0f] {

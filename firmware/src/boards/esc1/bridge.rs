@@ -142,6 +142,7 @@ pub fn start(pins: Pins) {
     pwm.set_repetition_counter(1);
     timer.ccr(3).write(|w| w.set_ccr(SAMPLE_AT));
     pwm.set_mms2(Mms2::COMPARE_OC4);
+    write(HALF);
     for channel in [Channel::Ch1, Channel::Ch2, Channel::Ch3] {
         pwm.enable(channel);
     }
@@ -175,6 +176,9 @@ pub fn apply(stage: PowerStage) {
     let compares = match stage {
         PowerStage::Off => {
             timer.bdtr().modify(|w| w.set_moe(false));
+            // MOE acts at once, and compare values at the next underflow. So the bridge begins
+            // with no voltage when it is driven again.
+            write(HALF);
             let periods = OFF_PERIODS.load(Ordering::Relaxed).saturating_add(1);
             OFF_PERIODS.store(periods, Ordering::Relaxed);
             if periods >= RELEASE_PERIODS {
@@ -187,11 +191,25 @@ pub fn apply(stage: PowerStage) {
         PowerStage::Drive(compares) => compares,
     };
     OFF_PERIODS.store(0, Ordering::Relaxed);
-    for (channel, compare) in compares.into_iter().enumerate() {
-        timer.ccr(channel).write(|w| w.set_ccr(compare));
-    }
     if !tripped() {
         timer.bdtr().modify(|w| w.set_moe(true));
+        write(compares);
+    }
+    // A break may have come before MOE was written.
+    if tripped() {
+        timer.bdtr().modify(|w| w.set_moe(false));
+        write(HALF);
+    }
+}
+
+/// Compare values of a bridge that gives no voltage.
+const HALF: [u16; 3] = [PERIOD / 2; 3];
+
+/// Writes compare values, which take effect at the next underflow.
+#[inline]
+fn write(compares: [u16; 3]) {
+    for (channel, compare) in compares.into_iter().enumerate() {
+        pac::TIM1.ccr(channel).write(|w| w.set_ccr(compare));
     }
 }
 

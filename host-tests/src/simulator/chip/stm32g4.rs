@@ -257,6 +257,9 @@ impl State {
             return;
         }
         self.clear_serial(address, value);
+        if address == BDTR {
+            self.race(value);
+        }
         let old = self.get(address);
         let value = match address {
             TIM1 if value & !old & 1 != 0 => {

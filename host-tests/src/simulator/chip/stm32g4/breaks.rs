@@ -34,6 +34,8 @@ pub(super) struct Events {
     crystal_failed: bool,
     /// A debug probe has halted the core; TIM1 is frozen with it.
     halted: Option<bool>,
+    /// A break comes just before the next write that sets MOE, and is over at once.
+    races: bool,
     new: Vec<Event>,
 }
 
@@ -41,6 +43,14 @@ impl State {
     /// Whether the timer of the bridge drives the gates. One that is frozen does not.
     pub(super) fn drives(&self) -> bool {
         self.get(BDTR) & MOE != 0 && self.events.halted != Some(true)
+    }
+
+    /// Write of the break register: a break may come just before it.
+    pub(super) fn race(&mut self, value: u32) {
+        if value & MOE != 0 && std::mem::take(&mut self.events.races) {
+            let flags = self.get(TIM1 + 0x10) | FLAGS[0];
+            self.set(TIM1 + 0x10, flags);
+        }
     }
 
     /// Whether a debug probe has halted the core.
@@ -154,6 +164,12 @@ impl Chip {
             .expect("the debug unit");
         let frozen = u32::from_le_bytes(frozen) >> 11 & 1 != 0;
         self.state().events.halted = Some(frozen);
+    }
+
+    /// Lets a short break come just before the next write that sets MOE: after the program has
+    /// looked whether there is one.
+    pub fn race(&mut self) {
+        self.state().events.races = true;
     }
 
     /// Stops the crystal for good.
