@@ -142,6 +142,7 @@ struct State {
     tim2_start: u64,
     advanced: u64,
     resets: u32,
+    changed_while_live: u32,
     defect: Option<Defect>,
     /// Register writes are not kept.
     forgets_writes: bool,
@@ -301,7 +302,9 @@ impl State {
                 0
             }
             a if a == FLASH_CONTROL + 0x14 => {
+                let before = self.flash().operations;
                 self.flash().set_control(value);
+                self.check_flash(before);
                 0
             }
             IWDG => {
@@ -345,6 +348,13 @@ impl State {
             _ => value,
         };
         self.set(address, value);
+    }
+
+    /// Counts a change of the flash memory while the gates are driven: the core stops for 22 ms.
+    fn check_flash(&mut self, operations_before: u32) {
+        if self.flash().operations != operations_before && self.drives() {
+            self.changed_while_live += 1;
+        }
     }
 
     /// A key in the watchdog's register starts or feeds it.
@@ -561,7 +571,9 @@ impl MemOps for Programming {
     fn write(&self, offset: u64, bytes: &[u8], _: MemAttrs) -> MemResult {
         let word = bytes.try_into().expect("flash memory is written by words");
         let mut state = self.0.lock().expect("a state");
+        let before = state.flash().operations;
         state.flash().program(offset, u32::from_le_bytes(word));
+        state.check_flash(before);
         Ok(())
     }
 
@@ -844,6 +856,11 @@ impl Chip {
     /// Whether the transistors can be switched on.
     pub fn is_live(&self) -> bool {
         self.state().drives()
+    }
+
+    /// Number of changes of the flash memory while the gates were driven.
+    pub fn changed_while_live(&self) -> u32 {
+        self.state().changed_while_live
     }
 
     /// Number of resets by the watchdog.
