@@ -2,6 +2,7 @@
 
 use crate::programs::Board;
 use crate::robots::Kind;
+use crate::tools::suite::clearance::Shard;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -24,9 +25,19 @@ pub(super) struct Arguments {
     /// addition to the named ones
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 200)]
     pub random: u64,
-    /// Operators' suite: number of runs
+    /// Operators' and clearance suite: number of runs
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
     pub runs: u64,
+    /// Clearance suite: makes only part I of N of the runs
+    #[arg(long, value_name = "I/N", requires = "suite", default_value_t = Shard::WHOLE)]
+    pub shard: Shard,
+    /// Clearance suite: prints one line of JSON for each run instead of the table
+    #[arg(long)]
+    pub json: bool,
+    /// Clearance suite: prints the table of the results in this folder, those of all shards, and
+    /// runs nothing
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenario", "suite", "slcan"])]
+    pub merge: Option<PathBuf>,
     /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer (host), which
     /// is the fastest
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
@@ -107,6 +118,8 @@ pub(super) enum Suite {
     Hazards,
     /// Runs with operators who command at random; the guard must keep the robot from toppling
     Operators,
+    /// Obstacles that B2P2 clears by itself
+    Clearance,
 }
 
 fn positive(text: &str) -> Result<f64, String> {

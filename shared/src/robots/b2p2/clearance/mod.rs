@@ -1,0 +1,230 @@
+//! Clears stairs, curbs and ramps without a script: the operator commands speed and direction, the
+//! controller commands the chassis angle and the slack, and how much of the speed to use.
+//!
+//! The controller knows what the guard's node knows: pitch and its rate, chassis angle, travel of
+//! the belts, load of the tracks. It has no map, and knows nothing of the obstacle. Its output is
+//! the command that the guard's filter limits.
+//!
+//! * [`phases`]: the phases, what each commands, and the table of transitions
+//! * [`statics`]: which nose the robot gets over
+//!
+//! This file evaluates the conditions of the table.
+
+pub mod phases;
+pub mod statics;
+
+pub use phases::{Cause, Phase};
+pub use statics::Straight;
+
+use crate::bus::pdo::GuardClearance;
+use crate::bus::scale::{centidegrees, milli};
+use crate::math::{max, min};
+use phases::{LEVEL, TABLE, When};
+
+/// Time constant of the pitch rate's low-pass, s.
+const RATE_TIME: f32 = 0.06;
+/// Pitch rate of a robot at rest, rad/s.
+const QUIET: f32 = 0.09;
+/// Change of the pitch that counts as progress, rad.
+const PROGRESS: f32 = 0.035;
+/// Pitch above the one at which the robot passes its highest nose that gives the obstacle up, rad.
+const BEYOND: f32 = 0.07;
+/// Push of the tracks against a wall, as a part of the robot's weight.
+const PUSH: f32 = 0.55;
+/// Time for which the tracks must push, s.
+const PUSH_TIME: f32 = 0.8;
+/// Steepest pitch that gives nothing up, rad: that of a belt that slips at a coefficient of
+/// friction of 1.2.
+const STEEPEST: f32 = 0.87;
+
+/// What the controller knows, once per SYNC.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Facts {
+    /// Pitch of the belts' lower run behind axle 2, nose up positive, rad. It is that of the body,
+    /// unless the front is lowered: then the run goes from axle 1 to axle 3.
+    pub pitch: f32,
+    /// Its rate, rad/s.
+    pub pitch_rate: f32,
+    /// Measured chassis angle, rad.
+    pub chassis: f32,
+    /// Travel of the belts since the previous period, m.
+    pub travel: f32,
+    /// Push of both tracks as a part of the robot's weight.
+    pub push: f32,
+    /// Forward speed that the operator commands, m/s.
+    pub speed: f32,
+    /// Time since the previous period, s.
+    pub period: f32,
+}
+
+/// What the controller commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// Forward speed, m/s.
+    pub speed: f32,
+    /// Chassis angle, rad; `None` stays as it is.
+    pub chassis: Option<f32>,
+}
+
+/// The controller.
+#[derive(Clone, Debug)]
+pub struct Clearance {
+    phase: Phase,
+    cause: Cause,
+    transitions: u8,
+    cleared: u8,
+    /// Time and travel in the phase.
+    lasted: f32,
+    travelled: f32,
+    rate: f32,
+    level_for: f32,
+    quiet_for: f32,
+    pushing_for: f32,
+    /// Pitch at the last progress, and travel since then.
+    marked: f32,
+    stuck: f32,
+    /// Pitch on the noses of these stairs; `None` before the second one.
+    noses: Option<f32>,
+    /// Pitch that gives an obstacle up.
+    too_steep: f32,
+}
+
+impl Clearance {
+    /// Creates the controller of this robot.
+    pub fn new(robot: &Straight<f32>) -> Self {
+        let [steepest, _] = robot.highest(STEEPEST);
+        Self {
+            phase: Phase::Off,
+            cause: Cause::None,
+            transitions: 0,
+            cleared: 0,
+            lasted: 0.0,
+            travelled: 0.0,
+            rate: 0.0,
+            level_for: 0.0,
+            quiet_for: 0.0,
+            pushing_for: 0.0,
+            marked: 0.0,
+            stuck: 0.0,
+            noses: None,
+            too_steep: steepest + BEYOND,
+        }
+    }
+
+    /// Returns the phase.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Ends the clearance: the operator takes over.
+    pub fn end(&mut self) {
+        if self.phase != Phase::Off {
+            self.enter(Phase::Off, Cause::Operator, 0.0);
+        }
+    }
+
+    /// Gives the clearance up where the robot stands, because something else stopped it.
+    pub fn stop(&mut self) {
+        if !matches!(self.phase, Phase::Off | Phase::GivenUp | Phase::Held) {
+            self.enter(Phase::Held, Cause::Stopped, 0.0);
+        }
+    }
+
+    /// Returns what the controller commands now.
+    pub fn advance(&mut self, facts: &Facts) -> Wanted {
+        if self.phase == Phase::Off {
+            self.enter(Phase::Approach, Cause::Operator, facts.pitch);
+        }
+        self.observe(facts);
+        let next = TABLE.iter().find(|row| {
+            row.from == self.phase && row.when.iter().all(|when| self.holds(*when, facts))
+        });
+        if let Some(row) = next {
+            if row.cause == Cause::NextNose {
+                self.noses = Some(
+                    self.noses
+                        .map_or(facts.pitch, |noses| min(noses, facts.pitch)),
+                );
+            }
+            if row.to == Phase::Approach {
+                self.cleared = self
+                    .cleared
+                    .saturating_add(u8::from(row.cause == Cause::Landed));
+                self.noses = None;
+            }
+            self.enter(row.to, row.cause, facts.pitch);
+        }
+        let order = self.phase.order();
+        Wanted {
+            speed: order.speed * min(facts.speed, order.fastest),
+            chassis: order.chassis.map(f32::to_radians),
+        }
+    }
+
+    /// Returns what is published.
+    pub fn report(&self) -> GuardClearance {
+        GuardClearance {
+            phase: self.phase as u8,
+            cause: self.cause as u8,
+            transitions: self.transitions,
+            cleared: self.cleared,
+            noses: centidegrees(self.noses.unwrap_or(0.0)),
+            travelled: milli(self.travelled),
+        }
+    }
+
+    fn enter(&mut self, phase: Phase, cause: Cause, pitch: f32) {
+        (self.phase, self.cause) = (phase, cause);
+        self.transitions = self.transitions.wrapping_add(1);
+        (self.lasted, self.travelled) = (0.0, 0.0);
+        (self.quiet_for, self.level_for, self.pushing_for) = (0.0, 0.0, 0.0);
+        (self.marked, self.stuck) = (pitch, 0.0);
+    }
+
+    fn observe(&mut self, facts: &Facts) {
+        let period = facts.period;
+        self.rate += (facts.pitch_rate - self.rate) * (period / (RATE_TIME + period));
+        let timer = |holds: bool, time: f32| if holds { time + period } else { 0.0 };
+        self.level_for = timer(
+            facts.pitch.abs() < LEVEL.to_radians() && self.rate.abs() < 2.0 * QUIET,
+            self.level_for,
+        );
+        self.quiet_for = timer(self.rate.abs() < QUIET, self.quiet_for);
+        if facts.speed > 0.0 {
+            self.lasted += period;
+        }
+        let forward = if self.phase.order().speed < 0.0 {
+            -facts.travel
+        } else {
+            facts.travel
+        };
+        self.travelled += forward;
+        self.stuck += max(forward, 0.0);
+        if (facts.pitch - self.marked).abs() > PROGRESS {
+            (self.marked, self.stuck) = (facts.pitch, 0.0);
+        }
+        self.pushing_for = timer(facts.push > PUSH, self.pushing_for);
+    }
+
+    fn holds(&self, when: When, facts: &Facts) -> bool {
+        let pitch = facts.pitch.to_degrees();
+        let chassis = facts.chassis.to_degrees();
+        match when {
+            When::PitchAbove(bound) => pitch > bound,
+            When::PitchBelow(bound) => pitch < bound,
+            When::FallsFasterThan(bound) => self.rate.to_degrees() < -bound,
+            When::ChassisAbove(bound) => chassis > bound,
+            When::ChassisWithin(bound) => chassis.abs() < bound,
+            When::LevelFor(time) => self.level_for >= time,
+            When::QuietFor(time) => self.quiet_for >= time,
+            When::Travelled(distance) => self.travelled >= distance,
+            When::Lasted(time) => self.lasted >= time,
+            When::TooSteepUp => facts.pitch > self.too_steep,
+            When::BelowNoses(bound) => {
+                (self.noses).is_some_and(|noses| pitch < noses.to_degrees() - bound)
+            }
+            When::Stuck(distance) => self.stuck >= distance,
+            When::Pushing => self.pushing_for >= PUSH_TIME,
+        }
+    }
+}
