@@ -31,6 +31,9 @@ pub(super) struct Arguments {
     /// Clearance suite: makes only part I of N of the runs
     #[arg(long, value_name = "I/N", requires = "suite", default_value_t = Shard::WHOLE)]
     pub shard: Shard,
+    /// Clearance suite: a node, the bus or the inclinometer fails in the middle of each run
+    #[arg(long, requires = "suite")]
+    pub faults: bool,
     /// Clearance suite: prints one line of JSON for each run instead of the table
     #[arg(long)]
     pub json: bool,

@@ -59,7 +59,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
                 return fail("--suite hazards takes neither --robot nor --guard", USAGE);
             }
             Suite::Clearance => {
-                let runs = (arguments.runs, seed);
+                let runs = (arguments.runs, seed, arguments.faults);
                 command::clearance(board, runs, arguments.shard, arguments.json, &out)
             }
             Suite::Operators => {

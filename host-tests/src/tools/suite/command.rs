@@ -112,7 +112,7 @@ pub fn operators(board: Board, plan: &Plan, out: &Path) -> Result<bool, String> 
 /// The programs do not build, a run fails, or a file cannot be written.
 pub fn clearance(
     board: Board,
-    (runs, seed): (u64, u64),
+    (runs, seed, faulty): (u64, u64, bool),
     shard: Shard,
     json: bool,
     out: &Path,
@@ -120,16 +120,22 @@ pub fn clearance(
     let programs = programs(board, Kind::default())?;
     let folder = out.join("clearance");
     let cannot = |error| format!("cannot write to {}: {error}", folder.display());
-    let done = |row: &clearance::Row| {
+    fs::create_dir_all(&folder).map_err(cannot)?;
+    let done = |row: &clearance::Row, scenario: &Scenario| {
+        if row.missed() {
+            let file = folder.join(&scenario.name).with_extension("toml");
+            if let Err(error) = fs::write(&file, operated::text(scenario)) {
+                eprintln!("error: cannot write {}: {error}", file.display());
+            }
+        }
         if json {
             print!("{}", shards::line(row));
         } else {
             println!("{:>5}  {}", row.number, clearance::table::progress(row));
         }
     };
-    let rows = clearance::clearance(runs, seed, shard, &programs, &done)
+    let rows = clearance::clearance((runs, seed, faulty), shard, &programs, &done)
         .map_err(|error| error.to_string())?;
-    fs::create_dir_all(&folder).map_err(cannot)?;
     let lines: String = rows.iter().map(shards::line).collect();
     fs::write(shard.file(&folder, seed), lines).map_err(cannot)?;
     Ok(show(&rows, json))

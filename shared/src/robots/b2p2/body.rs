@@ -1,6 +1,7 @@
 //! Implements [`Body`] for B2P2: its stance, and the set-points of its drives for a command.
 
-use super::clearance::{Clearance, Facts, Straight};
+use super::clearance::phases::FOLDED;
+use super::clearance::{Clearance, Facts, Straight, may_arch};
 use super::shape::AXLE_3_FROM_BODY_3;
 use super::{FrontPart, Masses, Model};
 use crate::bus::pdo::GuardClearance;
@@ -252,13 +253,18 @@ impl Body for B2p2 {
         let released = Length::from_bits(released << 4);
         let model = Model::new(settings);
         let straight = model.shape(Angle::ZERO, metres(geometry.extension(Angle::ZERO).length));
+        let angle = Angle::from_degrees(FOLDED);
+        let folded = model.shape(angle, metres(geometry.extension(angle).length));
         let masses = Masses::new(settings);
         Ok(Self {
-            clearance: Clearance::new(&Straight {
-                cog: [straight.cog[0], straight.cog[2]],
-                length: straight.axle_3[0],
-                pulley_radius: settings.si(Setting::PulleyRadius),
-            }),
+            clearance: Clearance::new(
+                &Straight {
+                    cog: [straight.cog[0], straight.cog[2]],
+                    length: straight.axle_3[0],
+                    pulley_radius: settings.si(Setting::PulleyRadius),
+                },
+                may_arch([folded.cog[0], folded.cog[2]]),
+            ),
             weight: (masses.of_robot() + masses.payload.mass) * GRAVITY,
             track_torque: 0.0,
             cleared_um: None,
@@ -385,7 +391,11 @@ impl Body for B2p2 {
                 angle: wanted
                     .chassis
                     .map_or(self.chassis.position.angle(), Angle::from_radians),
-                slack: 0.0,
+                slack: if wanted.released {
+                    self.release_slack
+                } else {
+                    0.0
+                },
             },
             ..command
         }

@@ -1,12 +1,16 @@
 //! Draws obstacles for the autonomous clearance, and the robot that meets them.
 
-use crate::robots::Robot;
 use crate::robots::payload::Payload;
-use crate::scenario::{Clearance, Description, Event, Scenario, ScenarioError, Sensors, When};
+use crate::robots::{NodeName, Robot};
+use crate::scenario::{
+    Clearance, Description, Event, Fault, FaultKind, Scenario, ScenarioError, SensorChip, Sensors,
+    When,
+};
 use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
+use tautrack::link::ChipFault;
 
 /// Kind of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -76,11 +80,12 @@ const START_S: f64 = 6.0;
 /// Rate with which the operator turns the robot before the obstacle, degrees/s.
 const TURN_DEG_S: f64 = 20.0;
 
-/// Draws the run with this number.
+/// Draws the run with this number. With `faulty`, one of the nodes, the bus or the inclinometer
+/// fails in the middle of the run.
 ///
 /// # Errors
 /// A drawn value is out of a scenario's bounds, which is a mistake in this file.
-pub fn draw(seed: u64, number: u64) -> Result<(Scenario, Obstacle), ScenarioError> {
+pub fn draw(seed: u64, number: u64, faulty: bool) -> Result<(Scenario, Obstacle), ScenarioError> {
     // The third key does not occur in the other suites.
     let mut random = Random::new(&[seed, number, 0x100]);
     let random = &mut random;
@@ -128,10 +133,46 @@ pub fn draw(seed: u64, number: u64) -> Result<(Scenario, Obstacle), ScenarioErro
     let speed = random.between(0.08, 0.15);
     operator(&mut drawn, &obstacle, speed);
     let travel = obstacle.end_m + 1.5 + 0.5 * f64::from(obstacle.steps) * obstacle.riser_m;
-    drawn.duration_s = START_S + 15.0 + 1.6 * travel / speed.min(0.12);
+    // A second attempt takes up to a minute.
+    drawn.duration_s = START_S + 75.0 + 1.6 * travel / speed.min(0.12);
     drawn.name = format!("clearance-{seed}-{number}");
     drawn.about = about(&obstacle);
+    if faulty {
+        // Half of the way is that to the obstacle.
+        let at_s = START_S + (random.between(0.2, 1.0) * travel / speed).round();
+        let fault = fault(random, at_s);
+        drawn.about = format!("{}; {:?} at {at_s} s", drawn.about, fault.what);
+        drawn.faults = vec![fault];
+        drawn.name.push_str("-fault");
+    }
     Ok((Scenario::checked(drawn)?, obstacle))
+}
+
+/// Draws what fails.
+fn fault(random: &mut Random, at_s: f64) -> Fault {
+    let nodes = [
+        NodeName::LEFT_TRACK,
+        NodeName::RIGHT_TRACK,
+        NodeName::CHASSIS_JOINT,
+        NodeName::SCREW,
+        NodeName::GUARD,
+    ];
+    let node = nodes[random.below(nodes.len() as u64) as usize];
+    let what = match random.below(5) {
+        0 | 1 => FaultKind::NodeDead(node),
+        2 => FaultKind::BusCut(node),
+        3 => FaultKind::Restart(node),
+        _ => FaultKind::Sensor {
+            chip: SensorChip::Inclinometer,
+            fault: ChipFault::Frozen,
+        },
+    };
+    Fault {
+        what,
+        at_s,
+        until_s: None,
+        notice_within_ms: None,
+    }
 }
 
 fn payload(random: &mut Random) -> Payload {

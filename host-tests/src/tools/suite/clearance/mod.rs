@@ -15,24 +15,25 @@ pub use shards::Shard;
 use super::SuiteError;
 use super::cores::on_all_cores;
 use crate::programs::Programs;
+use crate::scenario::Scenario;
 
 /// Makes the runs of one shard, and calls `done` with each result.
 ///
 /// # Errors
 /// [`SuiteError`] of the first run that fails.
 pub fn clearance(
-    runs: u64,
-    seed: u64,
+    (runs, seed, faulty): (u64, u64, bool),
     shard: Shard,
     programs: &Programs,
-    done: &(dyn Fn(&Row) + Sync),
+    done: &(dyn Fn(&Row, &Scenario) + Sync),
 ) -> Result<Vec<Row>, SuiteError> {
     let numbers: Vec<u64> = (0..runs).filter(|number| shard.has(*number)).collect();
     on_all_cores(&numbers, |number| {
-        let (scenario, obstacle) = draw::draw(seed, *number).map_err(SuiteError::Scenario)?;
+        let (scenario, obstacle) =
+            draw::draw(seed, *number, faulty).map_err(SuiteError::Scenario)?;
         let mut row = row::clear(&scenario, &obstacle, programs)?;
         (row.seed, row.number) = (seed, *number);
-        done(&row);
+        done(&row, &scenario);
         Ok(row)
     })
 }

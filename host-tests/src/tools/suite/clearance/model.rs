@@ -40,20 +40,21 @@ pub fn straight(robot: &Robot) -> Straight<f64> {
 /// Margin with which the robot clears the obstacle, mm.
 pub fn margin_mm(obstacle: &Obstacle, robot: &Robot) -> f64 {
     let straight = straight(robot);
-    let limit = libm::atan(obstacle.friction);
-    let friction = |angle: f64| FRICTION_MM * (obstacle.friction - libm::tan(angle));
-    let slope = libm::atan2(obstacle.riser_m, obstacle.run_m);
+    let Obstacle {
+        riser_m,
+        run_m,
+        friction,
+        ..
+    } = *obstacle;
+    let holds = |angle: f64| FRICTION_MM * (friction - libm::tan(angle));
     match obstacle.kind {
-        Kind::StairsUp => {
-            let [margin, _] = straight.margin(obstacle.riser_m, limit);
-            friction(slope).min(1e3 * margin)
-        }
-        Kind::CurbUp => 1e3 * straight.margin(obstacle.riser_m, limit)[0],
-        Kind::StairsDown => friction(slope),
+        Kind::StairsUp => 1e3 * straight.stairs(riser_m, run_m, friction).margin,
+        Kind::CurbUp => 1e3 * straight.curb(riser_m, friction).margin,
+        Kind::StairsDown => holds(libm::atan2(riser_m, run_m)),
         Kind::CurbDown => {
             let reach = straight.length - straight.cog[0];
-            friction(libm::asin((obstacle.riser_m / reach).min(1.0)))
+            holds(libm::asin((riser_m / reach).min(1.0)))
         }
-        Kind::Ramp => friction(obstacle.angle_deg.to_radians()),
+        Kind::Ramp => holds(obstacle.angle_deg.to_radians()),
     }
 }

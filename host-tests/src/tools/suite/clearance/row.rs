@@ -22,6 +22,8 @@ pub enum Ending {
     Held,
     /// The robot toppled.
     Toppled,
+    /// The guard or the drives stopped the robot where it stands.
+    Stopped,
     /// The time was over.
     Unfinished,
 }
@@ -55,6 +57,17 @@ pub struct Row {
     pub verdicts: Vec<(f64, String)>,
     /// Virtual time, s.
     pub simulated_s: f64,
+}
+
+/// Margin from which the statics must be right, mm.
+pub const POSSIBLE_MM: f64 = 20.0;
+
+impl Row {
+    /// Whether the robot toppled, or did not clear an obstacle that it can clear by statics.
+    pub fn missed(&self) -> bool {
+        let possible = self.margin_mm >= POSSIBLE_MM;
+        self.ending == Ending::Toppled || possible && self.ending != Ending::Cleared
+    }
 }
 
 /// Time for which the robot stands level behind the obstacle, s.
@@ -130,6 +143,7 @@ pub fn clear(
             _ if behind(sample, end_m) => Ending::Cleared,
             "given up" => Ending::GivenUp,
             "held" => Ending::Held,
+            _ if time_s < scenario.duration_s - 0.1 => Ending::Stopped,
             _ => Ending::Unfinished,
         }
     });

@@ -2,11 +2,8 @@
 
 use super::Row;
 use super::draw::Kind;
-use super::row::Ending;
+use super::row::{Ending, POSSIBLE_MM};
 use std::fmt::Write;
-
-/// Margin from which the statics must be right, mm.
-pub const POSSIBLE_MM: f64 = 20.0;
 
 /// The tables of a suite: by kind of obstacle, by margin of the statics, and the runs that were not
 /// cleared though the statics has a margin.
@@ -37,11 +34,7 @@ pub fn table(rows: &[Row]) -> String {
             &rows.iter().filter(within).collect::<Vec<_>>(),
         );
     }
-    let missed = rows.iter().filter(|row| {
-        row.ending == Ending::Toppled
-            || row.margin_mm >= POSSIBLE_MM && row.ending != Ending::Cleared
-    });
-    for row in missed {
+    for row in rows.iter().filter(|row| row.missed()) {
         // Writing to a string cannot fail.
         let _ = write!(text, "\n{}: {}", row.number, progress(row));
         for (time_s, phase) in &row.phases {
@@ -52,7 +45,7 @@ pub fn table(rows: &[Row]) -> String {
     text
 }
 
-const HEAD: &str = "| obstacle | runs | possible | cleared of these | cleared | given up | held | unfinished | toppled | interventions | mean time |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+const HEAD: &str = "| obstacle | runs | possible | cleared of these | cleared | given up | held | stopped | unfinished | toppled | interventions | mean time |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 fn line(text: &mut String, name: &str, rows: &[&Row]) {
     let count = |ending: Ending| rows.iter().filter(|row| row.ending == ending).count();
@@ -71,12 +64,13 @@ fn line(text: &mut String, name: &str, rows: &[&Row]) {
         .fold(0.0, |sum, time| sum + time);
     let _ = writeln!(
         text,
-        "| {name} | {} | {} | {of_these} | {} | {} | {} | {} | {} | {interventions} | {:.1} s |",
+        "| {name} | {} | {} | {of_these} | {} | {} | {} | {} | {} | {} | {interventions} | {:.1} s |",
         rows.len(),
         possible.len(),
         count(Ending::Cleared),
         count(Ending::GivenUp),
         count(Ending::Held),
+        count(Ending::Stopped),
         count(Ending::Unfinished),
         count(Ending::Toppled),
         times / count(Ending::Cleared).max(1) as f64,

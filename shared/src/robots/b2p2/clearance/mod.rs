@@ -14,28 +14,41 @@ pub mod phases;
 pub mod statics;
 
 pub use phases::{Cause, Phase};
-pub use statics::Straight;
+pub use statics::{Clearing, Straight};
 
 use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{centidegrees, milli};
-use crate::math::{max, min};
+use crate::math::{Scalar, max, min};
 use phases::{LEVEL, TABLE, When};
 
 /// Time constant of the pitch rate's low-pass, s.
 const RATE_TIME: f32 = 0.06;
 /// Pitch rate of a robot at rest, rad/s.
 const QUIET: f32 = 0.09;
-/// Change of the pitch that counts as progress, rad.
-const PROGRESS: f32 = 0.035;
+/// Change of the pitch that counts as progress, rad. On stairs that carry the robot by three noses
+/// the pitch changes little.
+const PROGRESS: f32 = 0.012;
 /// Pitch above the one at which the robot passes its highest nose that gives the obstacle up, rad.
 const BEYOND: f32 = 0.07;
 /// Push of the tracks against a wall, as a part of the robot's weight.
 const PUSH: f32 = 0.55;
 /// Time for which the tracks must push, s.
 const PUSH_TIME: f32 = 0.8;
-/// Steepest pitch that gives nothing up, rad: that of a belt that slips at a coefficient of
-/// friction of 1.2.
-const STEEPEST: f32 = 0.87;
+/// Steepest pitch that gives nothing up, rad.
+const STEEPEST: f32 = statics::GIVEN_UP as f32 - BEYOND;
+
+/// Pitch of an arch over a curb as high as body 1 is long, rad, and the rear margin that the robot
+/// must have there, m: the guard's caution margin with the reserve for sways.
+const ARCH: f32 = 1.22;
+const ARCH_MARGIN: f32 = 0.15;
+
+/// Returns whether a robot whose front is folded to [`phases::FOLDED`], with its centre of gravity
+/// this far in front of axle 1 and above the axles, m, can stand as an arch. Only a low centre of
+/// gravity and long belts allow it.
+pub fn may_arch([forward, up]: [f32; 2]) -> bool {
+    let (sine, cosine) = Scalar::sin_cos(ARCH);
+    forward * cosine - up * sine >= ARCH_MARGIN
+}
 
 /// What the controller knows, once per SYNC.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,6 +77,8 @@ pub struct Wanted {
     pub speed: f32,
     /// Chassis angle, rad; `None` stays as it is.
     pub chassis: Option<f32>,
+    /// Whether the belts are released.
+    pub released: bool,
 }
 
 /// The controller.
@@ -87,11 +102,24 @@ pub struct Clearance {
     noses: Option<f32>,
     /// Pitch that gives an obstacle up.
     too_steep: f32,
+    attempt: Attempt,
+    may_arch: bool,
+}
+
+/// What was tried at the present obstacle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Attempt {
+    /// Nothing, or taut belts.
+    Taut,
+    /// It is too high for taut belts.
+    TooHigh,
+    /// It is too high, and released belts were tried.
+    Released,
 }
 
 impl Clearance {
-    /// Creates the controller of this robot.
-    pub fn new(robot: &Straight<f32>) -> Self {
+    /// Creates the controller of this robot, which may stand as an arch or not ([`may_arch`]).
+    pub fn new(robot: &Straight<f32>, may_arch: bool) -> Self {
         let [steepest, _] = robot.highest(STEEPEST);
         Self {
             phase: Phase::Off,
@@ -108,6 +136,8 @@ impl Clearance {
             stuck: 0.0,
             noses: None,
             too_steep: steepest + BEYOND,
+            attempt: Attempt::Taut,
+            may_arch,
         }
     }
 
@@ -133,6 +163,7 @@ impl Clearance {
     /// Returns what the controller commands now.
     pub fn advance(&mut self, facts: &Facts) -> Wanted {
         if self.phase == Phase::Off {
+            (self.attempt, self.noses) = (Attempt::Taut, None);
             self.enter(Phase::Approach, Cause::Operator, facts.pitch);
         }
         self.observe(facts);
@@ -151,6 +182,14 @@ impl Clearance {
                     .cleared
                     .saturating_add(u8::from(row.cause == Cause::Landed));
                 self.noses = None;
+                self.attempt = Attempt::Taut;
+            }
+            if row.cause == Cause::TooHigh && self.attempt == Attempt::Taut && self.noses.is_none()
+            {
+                self.attempt = Attempt::TooHigh;
+            }
+            if row.to == Phase::Raise {
+                self.attempt = Attempt::Released;
             }
             self.enter(row.to, row.cause, facts.pitch);
         }
@@ -158,6 +197,7 @@ impl Clearance {
         Wanted {
             speed: order.speed * min(facts.speed, order.fastest),
             chassis: order.chassis.map(f32::to_radians),
+            released: order.released,
         }
     }
 
@@ -225,6 +265,7 @@ impl Clearance {
             }
             When::Stuck(distance) => self.stuck >= distance,
             When::Pushing => self.pushing_for >= PUSH_TIME,
+            When::MayRelease => self.may_arch && self.attempt == Attempt::TooHigh,
         }
     }
 }

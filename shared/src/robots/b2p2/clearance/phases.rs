@@ -33,11 +33,17 @@ pub enum Phase {
     GivenUp = 10,
     /// Given up off level ground: the robot stands until the operator requests anew.
     Held = 11,
+    /// Second attempt at an obstacle that is too high for taut belts: the front is raised.
+    Raise = 12,
+    /// The belts are released, and the front is folded: the robot stands over the nose as an arch.
+    Arch = 13,
+    /// The belts are taken up, and haul the robot over the nose.
+    Haul = 14,
 }
 
 impl Phase {
     /// All phases, in the order of their numbers.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 15] = [
         Self::Off,
         Self::Approach,
         Self::Reach,
@@ -50,6 +56,9 @@ impl Phase {
         Self::Withdraw,
         Self::GivenUp,
         Self::Held,
+        Self::Raise,
+        Self::Arch,
+        Self::Haul,
     ];
 
     /// Returns the phase with this number.
@@ -72,6 +81,9 @@ impl Phase {
             Self::Withdraw => "withdraw",
             Self::GivenUp => "given up",
             Self::Held => "held",
+            Self::Raise => "raise",
+            Self::Arch => "arch",
+            Self::Haul => "haul",
         }
     }
 }
@@ -117,11 +129,15 @@ pub enum Cause {
     Stopped = 16,
     /// Nothing was there.
     Nothing = 17,
+    /// The front lies on the obstacle, and the robot stands as an arch.
+    OnTop = 18,
+    /// The belts have hauled the robot over the nose.
+    Hauled = 19,
 }
 
 impl Cause {
     /// All causes, in the order of their numbers.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 20] = [
         Self::None,
         Self::Operator,
         Self::FrontLifted,
@@ -140,6 +156,8 @@ impl Cause {
         Self::TooSteep,
         Self::Stopped,
         Self::Nothing,
+        Self::OnTop,
+        Self::Hauled,
     ];
 
     /// Returns the cause with this number.
@@ -168,6 +186,8 @@ impl Cause {
             Self::TooSteep => "too steep",
             Self::Stopped => "stopped",
             Self::Nothing => "nothing there",
+            Self::OnTop => "on top",
+            Self::Hauled => "hauled",
         }
     }
 }
@@ -181,6 +201,8 @@ pub struct Order {
     pub fastest: f32,
     /// Chassis angle, degrees; `None` stays as it is.
     pub chassis: Option<f32>,
+    /// Whether the belts are released.
+    pub released: bool,
 }
 
 /// Condition of a transition. Angles are in degrees, rates in degrees/s.
@@ -212,8 +234,12 @@ pub enum When {
     Stuck(f32),
     /// The tracks push as against a wall.
     Pushing,
+    /// The obstacle was too high for taut belts, and released ones were not tried yet.
+    MayRelease,
 }
 
+/// Chassis angle of an arch, degrees.
+pub const FOLDED: f32 = -59.0;
 /// Largest pitch of a level robot, degrees.
 pub const LEVEL: f32 = 4.0;
 
@@ -246,6 +272,7 @@ impl Phase {
             speed,
             fastest,
             chassis,
+            released: false,
         };
         match self {
             Self::Off | Self::GivenUp | Self::Held => order(0.0, 0.0, None),
@@ -258,6 +285,12 @@ impl Phase {
             Self::Land => order(1.0, 0.15, Some(0.0)),
             Self::Descend => order(1.0, 0.12, Some(0.0)),
             Self::Withdraw => order(-0.5, 0.08, Some(0.0)),
+            Self::Raise => order(1.0, 0.06, Some(45.0)),
+            Self::Arch => Order {
+                released: true,
+                ..order(1.0, 0.06, Some(FOLDED))
+            },
+            Self::Haul => order(1.0, 0.06, Some(FOLDED)),
         }
     }
 }
@@ -288,7 +321,7 @@ pub const TABLE: &[Transition] = {
         row(P::Climb, &[W::FallsFasterThan(10.0)], C::PastNose, P::Sway),
         row(P::Climb, &[W::LevelFor(0.2)], C::Level, P::Land),
         row(P::Climb, &[W::PitchBelow(-5.0)], C::Edge, P::Descend),
-        row(P::Climb, &[W::Stuck(2.5)], C::NoProgress, P::Withdraw),
+        row(P::Climb, &[W::Stuck(3.0)], C::NoProgress, P::Withdraw),
         row(P::Climb, &[W::Lasted(120.0)], C::Timeout, P::Withdraw),
 
         row(P::Sway, &[W::BelowNoses(5.0)], C::NothingAhead, P::Crest),
@@ -299,7 +332,7 @@ pub const TABLE: &[Transition] = {
         row(P::Crest, &[W::Lasted(0.5), W::QuietFor(0.2)], C::Level, P::Land),
         row(P::Crest, &[W::Lasted(5.0)], C::Timeout, P::Land),
 
-        row(P::Land, &[W::Travelled(0.1), W::LevelFor(0.5)], C::Landed, P::Approach),
+        row(P::Land, &[W::Travelled(0.1), W::LevelFor(0.5), W::ChassisWithin(5.0)], C::Landed, P::Approach),
         row(P::Land, &[W::Travelled(0.1), W::QuietFor(0.2), W::PitchAbove(8.0)], C::NextNose, P::Climb),
         row(P::Land, &[W::PitchBelow(-6.0), W::Lasted(0.3)], C::Edge, P::Descend),
         row(P::Land, &[W::Stuck(1.5)], C::NoProgress, P::Withdraw),
@@ -311,8 +344,76 @@ pub const TABLE: &[Transition] = {
         row(P::Descend, &[W::Stuck(4.0)], C::NoProgress, P::Held),
         row(P::Descend, &[W::Lasted(180.0)], C::Timeout, P::Held),
 
-        row(P::Withdraw, &[W::Travelled(0.1), W::LevelFor(0.6)], C::Level, P::GivenUp),
+        row(P::Withdraw, &[W::Travelled(0.1), W::LevelFor(3.0), W::MayRelease], C::Level, P::Raise),
+        row(P::Withdraw, &[W::Travelled(0.1), W::LevelFor(3.2)], C::Level, P::GivenUp),
         row(P::Withdraw, &[W::Stuck(2.0)], C::NoProgress, P::Held),
         row(P::Withdraw, &[W::Lasted(120.0)], C::Timeout, P::Held),
+
+        row(P::Raise, &[W::ChassisAbove(40.0), W::PitchAbove(8.0)], C::NoseUnderFront, P::Arch),
+        row(P::Raise, &[W::PitchBelow(-10.0)], C::Edge, P::Descend),
+        row(P::Raise, &[W::Travelled(1.0)], C::NoProgress, P::Withdraw),
+        row(P::Raise, &[W::Lasted(40.0)], C::Timeout, P::Withdraw),
+
+        row(P::Arch, &[W::Travelled(0.33)], C::OnTop, P::Haul),
+        row(P::Arch, &[W::Lasted(30.0)], C::Timeout, P::Held),
+
+        row(P::Haul, &[W::Lasted(1.0), W::PitchBelow(11.0)], C::Hauled, P::Land),
+        row(P::Haul, &[W::Travelled(1.2)], C::NoProgress, P::Held),
+        row(P::Haul, &[W::Lasted(40.0)], C::Timeout, P::Held),
     ]
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn phases_and_causes_survive_their_codes() {
+        for phase in Phase::ALL {
+            assert_eq!(Phase::from_code(phase as u8), Some(phase));
+        }
+        for cause in Cause::ALL {
+            assert_eq!(Cause::from_code(cause as u8), Some(cause));
+        }
+        assert_eq!(Phase::from_code(15), None);
+        assert_eq!(Cause::from_code(20), None);
+    }
+
+    /// A phase in which the robot stands needs no way out. On level ground before an obstacle the
+    /// robot may drive for as long as the operator likes.
+    #[test]
+    fn every_phase_that_moves_the_robot_on_an_obstacle_has_a_timeout_and_leads_to_a_phase_that_ends()
+     {
+        let at_rest = [Phase::Off, Phase::GivenUp, Phase::Held];
+        for phase in Phase::ALL {
+            let rows = || TABLE.iter().filter(|row| row.from == phase);
+            if at_rest.contains(&phase) {
+                assert_eq!(rows().count(), 0, "{phase:?}");
+                continue;
+            }
+            assert!(rows().all(|row| row.to != phase && !row.when.is_empty()));
+            let timeout = rows().last().expect("a way out");
+            assert!(
+                phase == Phase::Approach || timeout.cause == Cause::Timeout,
+                "{phase:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn every_phase_is_reached_and_only_backing_withdraws() {
+        let mut reached = [false; Phase::ALL.len()];
+        reached[Phase::Approach as usize] = true;
+        while let Some(row) = TABLE
+            .iter()
+            .find(|row| reached[row.from as usize] && !reached[row.to as usize])
+        {
+            reached[row.to as usize] = true;
+        }
+        for phase in Phase::ALL {
+            assert!(phase == Phase::Off || reached[phase as usize], "{phase:?}");
+            let backward = phase.order().speed < 0.0;
+            assert_eq!(backward, phase == Phase::Withdraw, "{phase:?}");
+        }
+    }
+}

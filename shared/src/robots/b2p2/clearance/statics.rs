@@ -13,6 +13,7 @@
 //! The belt is at the nose where `r + a sin p - r cos p = h`. The robot gets over the nose if its
 //! centre of gravity passes the nose at a pitch that friction can hold.
 
+use super::Phase;
 use crate::math::Scalar;
 
 /// A straight robot on its belts.
@@ -58,22 +59,82 @@ impl<S: Scalar> Straight<S> {
         best
     }
 
-    /// Returns the margin, m, with which the robot clears a nose of this height: the largest
-    /// [`Self::past_nose`] up to the pitch `limit`, rad, and the pitch at which it occurs.
-    pub fn margin(&self, height: S, limit: S) -> [S; 2] {
+    /// Returns how the robot clears a curb of this height, m, with this coefficient of friction.
+    pub fn curb(&self, height: S, friction: S) -> Clearing<S> {
+        let slips = friction.atan2(S::ONE);
+        let given_up = S::from_f64(GIVEN_UP);
+        let limit = if slips < given_up { slips } else { given_up };
         let step = S::from_f64(STEP);
-        let mut best = [S::from_f64(f64::MIN), S::ZERO];
+        let mut best = Clearing {
+            margin: S::from_f64(-1.0),
+            pitch: S::ZERO,
+            phase: Phase::Mount,
+        };
         let mut pitch = step;
         while pitch <= limit {
-            let past = self.past_nose(pitch, height);
-            if past > best[0] {
-                best = [past, pitch];
+            let margin = self.past_nose(pitch, height);
+            if margin > best.margin {
+                best = Clearing {
+                    margin,
+                    pitch,
+                    ..best
+                };
             }
             pitch += step;
         }
         best
     }
+
+    /// Returns how the robot clears stairs with this riser and run, m.
+    ///
+    /// Each step is a curb: the rear pulleys stand on the tread before it. On all noses friction
+    /// holds the robot, and the front reaches the next nose when the centre of gravity passes one.
+    pub fn stairs(&self, riser: S, run: S, friction: S) -> Clearing<S> {
+        let step = self.curb(riser, friction);
+        let slope = riser.atan2(run);
+        let on_noses = Clearing {
+            margin: (friction - riser / run) * S::from_f64(PER_FRICTION),
+            pitch: slope,
+            phase: Phase::Climb,
+        };
+        let next = Clearing {
+            margin: self.length - self.cog[0] - (riser * riser + run * run).sqrt(),
+            pitch: slope,
+            phase: Phase::Sway,
+        };
+        step.or_narrower(on_noses).or_narrower(next)
+    }
+}
+
+/// Whether and how a robot clears an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Clearing<S> {
+    /// Margin, m, from -1 m on: at a nose the distance of the centre of gravity past it, in sways
+    /// the distance by which the front reaches beyond the next nose, on noses 0.1 m for each unit
+    /// of friction that is left. Below 0 the robot does not clear the obstacle.
+    pub margin: S,
+    /// Pitch at which the margin occurs, rad.
+    pub pitch: S,
+    /// Phase with this margin, the critical one: [`Phase::Mount`], [`Phase::Climb`] or
+    /// [`Phase::Sway`].
+    pub phase: Phase,
+}
+
+impl<S: Scalar> Clearing<S> {
+    /// Returns the one with the narrower margin.
+    fn or_narrower(self, other: Self) -> Self {
+        if other.margin < self.margin {
+            other
+        } else {
+            self
+        }
+    }
 }
 
 /// Resolution of a pitch, rad.
 const STEP: f64 = 1.0 / 128.0;
+/// Margin that a unit of friction counts as, m.
+const PER_FRICTION: f64 = 0.1;
+/// Pitch at which the controller gives an obstacle up, rad, if that of the robot's highest nose is
+/// not below it.
+pub const GIVEN_UP: f64 = 0.87;
