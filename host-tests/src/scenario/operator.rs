@@ -220,7 +220,7 @@ impl Event {
             return contradiction(
                 key,
                 "changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, \
-                 yaw_rate_deg_s, belts or request",
+                 yaw_rate_deg_s, belts, clearance or request",
             );
         }
         let when = &self.when;

@@ -34,6 +34,9 @@ pub(super) struct Arguments {
     /// Clearance suite: a node, the bus or the inclinometer fails in the middle of each run
     #[arg(long, requires = "suite")]
     pub faults: bool,
+    /// Clearance suite: runs stairs over riser and run instead, and writes clearance.svg
+    #[arg(long, requires = "suite")]
+    pub grid: bool,
     /// Clearance suite: prints one line of JSON for each run instead of the table
     #[arg(long)]
     pub json: bool,

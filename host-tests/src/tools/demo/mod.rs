@@ -58,6 +58,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             Suite::Hazards => {
                 return fail("--suite hazards takes neither --robot nor --guard", USAGE);
             }
+            Suite::Clearance if arguments.grid => command::grid(board, &out),
             Suite::Clearance => {
                 let runs = (arguments.runs, seed, arguments.faults);
                 command::clearance(board, runs, arguments.shard, arguments.json, &out)

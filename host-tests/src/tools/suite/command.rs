@@ -141,6 +141,24 @@ pub fn clearance(
     Ok(show(&rows, json))
 }
 
+/// Runs the grid of stairs, prints its table, and writes the chart. Returns whether statics and
+/// simulation agree in at least 95 % of the cells that are far from the limit.
+///
+/// # Errors
+/// The programs do not build, a run fails, or a file cannot be written.
+pub fn grid(board: Board, out: &Path) -> Result<bool, String> {
+    let programs = programs(board, Kind::default())?;
+    let done = |row: &clearance::Row| println!("{}", clearance::table::progress(row));
+    let rows = clearance::grid::grid(&programs, &done).map_err(|error| error.to_string())?;
+    let file = out.join("clearance.svg");
+    fs::create_dir_all(out)
+        .and_then(|()| fs::write(&file, clearance::grid::chart(&rows)))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    let [far, agree] = clearance::grid::agreement(&rows);
+    println!("statics and simulation agree in {agree} of {far} cells far from the limit");
+    Ok(100 * agree >= 95 * far)
+}
+
 /// Prints the merged results of the shards in `folder`. Returns whether no robot toppled.
 ///
 /// # Errors

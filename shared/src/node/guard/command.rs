@@ -66,14 +66,13 @@ impl<B: Body> Guard<B> {
                 .body
                 .commanded_posture(received.posture, self.operator.releases_belts()),
         };
-        let autonomy = if !self.operator.lets_clear() {
-            Autonomy::Off
-        } else if self.state == State::Held || self.balance.tripped() {
-            Autonomy::Stopped
-        } else if armed && inputs.drives && inputs.attended {
-            Autonomy::On
-        } else {
-            Autonomy::Waits
+        let autonomy = match self.state {
+            _ if !self.operator.lets_clear() => Autonomy::Off,
+            State::Held => Autonomy::Stopped,
+            State::Armed if self.balance.tripped() => Autonomy::Stopped,
+            State::Armed if inputs.drives && inputs.attended => Autonomy::On,
+            State::Armed => Autonomy::Waits,
+            _ => Autonomy::Off,
         };
         let command = self.body.clear(command, autonomy, &self.attitude, period);
         let (posture, speed) = (self.body.posture(), self.body.speed());

@@ -116,7 +116,7 @@ pub struct B2p2 {
     track_torque: f32,
     cleared_um: Option<i32>,
     /// Angle by which a lowered front lifts the body off its belts' lower run, rad, at that call.
-    lifted: f32,
+    lifted: Option<f32>,
 }
 
 /// Commanded shape of the front. On the bus its word is the angle, in 2^-16 turn; the slack comes
@@ -268,7 +268,7 @@ impl Body for B2p2 {
             weight: (masses.of_robot() + masses.payload.mass) * GRAVITY,
             track_torque: 0.0,
             cleared_um: None,
-            lifted: 0.0,
+            lifted: None,
             model,
             front: FrontPart::new(&geometry, settings),
             slack_law: SlackLaw::new(&geometry),
@@ -361,32 +361,32 @@ impl Body for B2p2 {
     ) -> Command<Front> {
         let odometry_um = self.odometry.um();
         let before = self.cleared_um.replace(odometry_um).unwrap_or(odometry_um);
+        if autonomy != Autonomy::On {
+            self.lifted = None;
+            match autonomy {
+                Autonomy::Off => self.clearance.end(),
+                Autonomy::Stopped => self.clearance.stop(),
+                Autonomy::On | Autonomy::Waits => {}
+            }
+            return command;
+        }
         let [x, _, z] = self.model.shape(self.theta, self.extension).axle_3;
         let lifted = atan2(-min(z, 0.0), x);
-        let lifts = (lifted - core::mem::replace(&mut self.lifted, lifted)) / period;
-        match autonomy {
-            Autonomy::Off => {
-                self.clearance.end();
-                return command;
-            }
-            Autonomy::On => {}
-            Autonomy::Waits => return command,
-            Autonomy::Stopped => {
-                self.clearance.stop();
-                return command;
-            }
-        }
+        let lifts = (lifted - self.lifted.replace(lifted).unwrap_or(lifted)) / period;
         let wanted = self.clearance.advance(&Facts {
             pitch: attitude.pitch().radians() - lifted,
             pitch_rate: attitude.pitch_rate() - lifts,
             chassis: self.theta.radians(),
             travel: odometry_um.wrapping_sub(before) as f32 * 1e-6,
             push: self.track_torque / (self.pulley_radius * self.weight),
+            roll: attitude.roll().radians(),
             speed: command.forward,
+            yaw_rate: command.yaw_rate,
             period,
         });
         Command {
             forward: wanted.speed,
+            yaw_rate: wanted.yaw_rate,
             posture: Front {
                 angle: wanted
                     .chassis

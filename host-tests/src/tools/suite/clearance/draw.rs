@@ -148,6 +148,47 @@ pub fn draw(seed: u64, number: u64, faulty: bool) -> Result<(Scenario, Obstacle)
     Ok((Scenario::checked(drawn)?, obstacle))
 }
 
+/// Five steps before the nominal robot.
+///
+/// # Errors
+/// A value is out of a scenario's bounds.
+pub fn stairs(
+    riser_m: f64,
+    run_m: f64,
+    friction: f64,
+) -> Result<(Scenario, Obstacle), ScenarioError> {
+    let mut drawn = beginning(&mut Random::new(&[0]));
+    drawn.robot = Robot::nominal(1.0);
+    let ahead_m = 1.0;
+    let obstacle = Obstacle {
+        kind: Kind::StairsUp,
+        riser_m,
+        run_m,
+        steps: 5,
+        angle_deg: 0.0,
+        friction,
+        k_m: drawn.robot.b2p2_mut().k_m,
+        payload_kg: 0.0,
+        heading_deg: 0.0,
+        end_m: ahead_m + 4.0 * run_m,
+    };
+    drawn.friction = friction;
+    drawn.terrain = Terrain::Stairs {
+        riser_m,
+        run_m,
+        count: obstacle.steps,
+        width_m: 6.0,
+        first_nose_m: ahead_m,
+        landing_m: 6.0,
+        down: false,
+    };
+    operator(&mut drawn, &obstacle, 0.13);
+    drawn.duration_s = 120.0;
+    drawn.name = format!("stairs-{riser_m}-{run_m}");
+    drawn.about = about(&obstacle);
+    Ok((Scenario::checked(drawn)?, obstacle))
+}
+
 /// Draws what fails.
 fn fault(random: &mut Random, at_s: f64) -> Fault {
     let nodes = [

@@ -1,9 +1,11 @@
 //! `cargo demo --suite clearance`: B2P2 clears drawn obstacles by itself.
 //!
 //! `draw` draws obstacles, `model` says by statics which of them the robot can clear, `row` runs
-//! one, `table` writes the tables, `shards` splits a suite into parts and merges their results.
+//! one, `table` writes the tables, [`grid`] compares
+//! statics and simulation over riser and run, `shards` splits a suite into parts and merges their results.
 
 pub mod draw;
+pub mod grid;
 pub mod model;
 pub mod row;
 pub mod shards;

@@ -77,7 +77,9 @@ const LEVEL: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// Distance of the centre of gravity behind the last edge, m.
 const BEHIND_M: f64 = 0.1;
 /// Time for which a robot that gave up stands still before the run ends, s.
-const STILL_S: f64 = 3.0;
+const STILL_S: f64 = 4.0;
+/// Speed of a robot that stands still, m/s.
+const STILL_MPS: f64 = 0.005;
 
 /// Runs one scenario.
 ///
@@ -89,13 +91,15 @@ pub fn clear(
     programs: &Programs,
 ) -> Result<Row, SuiteError> {
     let end_m = obstacle.end_m + BEHIND_M;
-    let mut level_since = None;
+    let (mut level_since, mut still_since) = (None, None);
     let options = Options {
         end_when_toppled: true,
-        end_when_still_s: Some(STILL_S),
         end_when: Some(Box::new(move |sample| {
             level_since = behind(sample, end_m).then(|| level_since.unwrap_or(sample.time_s));
+            let still = !sample.received.clearance.is_empty() && stands(sample);
+            still_since = still.then(|| still_since.unwrap_or(sample.time_s));
             level_since.is_some_and(|since| sample.time_s - since >= LEVEL_S)
+                || still_since.is_some_and(|since| sample.time_s - since >= STILL_S)
         })),
         ..Options::default()
     };
@@ -163,6 +167,13 @@ pub fn clear(
         verdicts,
         simulated_s: time_s,
     })
+}
+
+/// Whether the robot and its belts stand still.
+fn stands(sample: &Sample) -> bool {
+    let truth = &sample.truth;
+    let speeds = [truth.ground_speed, truth.belt_speed[0], truth.belt_speed[1]];
+    speeds.iter().all(|speed| speed.abs() < STILL_MPS)
 }
 
 /// Whether the robot stands level behind the obstacle.

@@ -18,7 +18,7 @@ pub use statics::{Clearing, Straight};
 
 use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{centidegrees, milli};
-use crate::math::{Scalar, max, min};
+use crate::math::{Scalar, limit, max, min};
 use phases::{LEVEL, TABLE, When};
 
 /// Time constant of the pitch rate's low-pass, s.
@@ -50,6 +50,23 @@ pub fn may_arch([forward, up]: [f32; 2]) -> bool {
     forward * cosine - up * sine >= ARCH_MARGIN
 }
 
+/// Time constant with which a robot that goes down turns downhill, s, the largest yaw rate for
+/// this, rad/s, and the sine of the least slope on which it turns.
+const DOWNHILL_TIME: f32 = 3.0;
+const DOWNHILL_RATE: f32 = 0.12;
+const DOWNHILL_SLOPE: f32 = 0.14;
+
+/// Returns the yaw rate, rad/s, that turns a robot downhill: if it heads to the left of the steepest
+/// descent by a small angle, its left side is up by this angle times the sine of the slope. A robot
+/// that leaves the last edge with one track first falls to this side.
+fn downhill(facts: &Facts) -> f32 {
+    let (slope, _) = Scalar::sin_cos(-facts.pitch);
+    if slope < DOWNHILL_SLOPE {
+        return 0.0;
+    }
+    limit(-facts.roll / (slope * DOWNHILL_TIME), DOWNHILL_RATE)
+}
+
 /// What the controller knows, once per SYNC.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Facts {
@@ -64,8 +81,12 @@ pub struct Facts {
     pub travel: f32,
     /// Push of both tracks as a part of the robot's weight.
     pub push: f32,
+    /// Roll, left side up positive, rad.
+    pub roll: f32,
     /// Forward speed that the operator commands, m/s.
     pub speed: f32,
+    /// Yaw rate that the operator commands, counter-clockwise from above, rad/s.
+    pub yaw_rate: f32,
     /// Time since the previous period, s.
     pub period: f32,
 }
@@ -75,6 +96,8 @@ pub struct Facts {
 pub struct Wanted {
     /// Forward speed, m/s.
     pub speed: f32,
+    /// Yaw rate, counter-clockwise from above, rad/s.
+    pub yaw_rate: f32,
     /// Chassis angle, rad; `None` stays as it is.
     pub chassis: Option<f32>,
     /// Whether the belts are released.
@@ -167,6 +190,9 @@ impl Clearance {
             self.enter(Phase::Approach, Cause::Operator, facts.pitch);
         }
         self.observe(facts);
+        if facts.speed < 0.0 {
+            return self.back(facts);
+        }
         let next = TABLE.iter().find(|row| {
             row.from == self.phase && row.when.iter().all(|when| self.holds(*when, facts))
         });
@@ -196,7 +222,24 @@ impl Clearance {
         let order = self.phase.order();
         Wanted {
             speed: order.speed * min(facts.speed, order.fastest),
+            yaw_rate: if facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
+                downhill(facts)
+            } else {
+                facts.yaw_rate
+            },
             chassis: order.chassis.map(f32::to_radians),
+            released: order.released,
+        }
+    }
+
+    /// Lets the operator back. The phase stays, and so does the front.
+    fn back(&mut self, facts: &Facts) -> Wanted {
+        let order = self.phase.order();
+        self.stuck = 0.0;
+        Wanted {
+            speed: -min(-facts.speed, order.fastest),
+            yaw_rate: facts.yaw_rate,
+            chassis: None,
             released: order.released,
         }
     }
@@ -224,6 +267,9 @@ impl Clearance {
     fn observe(&mut self, facts: &Facts) {
         let period = facts.period;
         self.rate += (facts.pitch_rate - self.rate) * (period / (RATE_TIME + period));
+        if !self.rate.is_finite() {
+            self.rate = 0.0;
+        }
         let timer = |holds: bool, time: f32| if holds { time + period } else { 0.0 };
         self.level_for = timer(
             facts.pitch.abs() < LEVEL.to_radians() && self.rate.abs() < 2.0 * QUIET,
@@ -266,6 +312,110 @@ impl Clearance {
             When::Stuck(distance) => self.stuck >= distance,
             When::Pushing => self.pushing_for >= PUSH_TIME,
             When::MayRelease => self.may_arch && self.attempt == Attempt::TooHigh,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The nominal robot: K = 1.232 m, centre of gravity on the line of the axles.
+    fn clearance() -> Clearance {
+        let robot = Straight {
+            cog: [0.2585, 0.0],
+            length: 0.776,
+            pulley_radius: 0.05,
+        };
+        Clearance::new(&robot, false)
+    }
+
+    fn facts(pitch_deg: f32, rate_deg_s: f32) -> Facts {
+        Facts {
+            pitch: pitch_deg.to_radians(),
+            pitch_rate: rate_deg_s.to_radians(),
+            travel: 0.13 * 4e-3,
+            speed: 0.13,
+            period: 4e-3,
+            ..Facts::default()
+        }
+    }
+
+    /// Lets the robot drive with these facts for a time, s.
+    fn drive(clearance: &mut Clearance, facts: &Facts, time: f32) -> Wanted {
+        let mut wanted = clearance.advance(facts);
+        for _ in 0..(time / facts.period) as u32 {
+            wanted = clearance.advance(facts);
+        }
+        wanted
+    }
+
+    #[test]
+    fn a_nose_that_is_never_passed_is_given_up_on_level_ground() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(0.0, 0.0), 1.0);
+        assert_eq!(clearance.phase(), Phase::Approach);
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        assert_eq!(clearance.phase(), Phase::Climb);
+        let wanted = drive(&mut clearance, &facts(51.0, 0.0), 0.1);
+        assert_eq!(clearance.phase(), Phase::Withdraw);
+        assert!(wanted.speed < 0.0, "{wanted:?}");
+        let backward = Facts {
+            travel: -2e-4,
+            ..facts(0.0, 0.0)
+        };
+        let wanted = drive(&mut clearance, &backward, 4.0);
+        assert_eq!(clearance.phase(), Phase::GivenUp);
+        assert_eq!(wanted.speed, 0.0);
+        assert_eq!(clearance.report().cause, Cause::Level as u8);
+    }
+
+    /// The operator backs in every phase, also in those that back by themselves.
+    #[test]
+    fn an_operator_who_backs_never_drives_the_robot_forward() {
+        let mut clearance = clearance();
+        let backward = |facts: Facts| Facts {
+            speed: -0.1,
+            ..facts
+        };
+        for pitch_deg in [0.0, 20.0, 51.0, 51.0, -10.0] {
+            for _ in 0..20 {
+                clearance.advance(&facts(pitch_deg, 0.0));
+                let phase = clearance.phase();
+                let wanted = clearance.advance(&backward(facts(pitch_deg, -30.0)));
+                assert!(wanted.speed <= 0.0, "{phase:?}");
+                assert_eq!(wanted.chassis, None);
+                assert_eq!(clearance.phase(), phase);
+            }
+        }
+    }
+
+    #[test]
+    fn a_stop_by_the_guard_is_held_until_the_operator_requests_anew() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        clearance.stop();
+        let wanted = drive(&mut clearance, &facts(0.0, 0.0), 10.0);
+        assert_eq!((clearance.phase(), wanted.speed), (Phase::Held, 0.0));
+        assert_eq!(clearance.report().cause, Cause::Stopped as u8);
+        clearance.end();
+        assert_eq!(clearance.phase(), Phase::Off);
+        drive(&mut clearance, &facts(0.0, 0.0), 0.1);
+        assert_eq!(clearance.phase(), Phase::Approach);
+    }
+
+    /// A heading to the left of the steepest descent raises the left side.
+    #[test]
+    fn a_robot_that_descends_turns_downhill() {
+        let tilted = |roll: f32| Facts {
+            roll,
+            ..facts(-25.0, 0.0)
+        };
+        let mut clearance = clearance();
+        for roll in [0.05, -0.05] {
+            let wanted = drive(&mut clearance, &tilted(roll), 0.1);
+            assert_eq!(clearance.phase(), Phase::Descend);
+            assert!(wanted.yaw_rate * roll < 0.0, "{wanted:?}");
         }
     }
 }

@@ -63,7 +63,6 @@ fn found<S: Scalar>(clearing: Clearing<S>) -> Value {
     json!({
         "clears": clearing.margin >= S::ZERO,
         "margin_mm": number(clearing.margin * S::from_f64(1e3)),
-        "pitch": number(clearing.pitch),
-        "phase": clearing.phase.name(),
+        "phase": clearing.phase as u8,
     })
 }
