@@ -2,7 +2,8 @@
 //!
 //! `draw` draws obstacles, `model` says by statics which of them the robot can clear, `row` runs
 //! one, `table` writes the tables, [`grid`] compares
-//! statics and simulation over riser and run, `shards` splits a suite into parts and merges their results.
+//! statics and simulation over riser and run, `shards` splits a suite into parts and
+//! merges their results.
 
 pub mod draw;
 pub mod grid;

@@ -56,9 +56,9 @@ const DOWNHILL_TIME: f32 = 3.0;
 const DOWNHILL_RATE: f32 = 0.12;
 const DOWNHILL_SLOPE: f32 = 0.14;
 
-/// Returns the yaw rate, rad/s, that turns a robot downhill: if it heads to the left of the steepest
-/// descent by a small angle, its left side is up by this angle times the sine of the slope. A robot
-/// that leaves the last edge with one track first falls to this side.
+/// Returns the yaw rate, rad/s, that turns a robot downhill: if it heads to the left of the
+/// steepest descent by a small angle, its left side is up by this angle times the sine of the
+/// slope. A robot that leaves the last edge with one track first falls to this side.
 fn downhill(facts: &Facts) -> f32 {
     let (slope, _) = Scalar::sin_cos(-facts.pitch);
     if slope < DOWNHILL_SLOPE {

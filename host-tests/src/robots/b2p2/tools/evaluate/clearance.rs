@@ -1,5 +1,5 @@
-//! Functions of the group `b2p2_clearance`: which stairs and curbs the robot clears with taut belts,
-//! by statics and the shape of the belts.
+//! Functions of the group `b2p2_clearance`: which stairs and curbs the robot clears with taut
+//! belts, by statics and the shape of the belts.
 
 use super::parameters::parameters;
 use crate::tools::evaluate::input::{Input, number};
