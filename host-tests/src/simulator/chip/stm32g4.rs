@@ -242,6 +242,7 @@ impl State {
         }
     }
 
+    #[allow(clippy::too_many_lines)] // one arm per register
     fn write(&mut self, address: u32, value: u32) {
         let clock = self.clock;
         let value = self.write_of_defect(address, value);
