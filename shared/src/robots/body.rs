@@ -148,8 +148,8 @@ pub trait Body: Sized {
         settings.si(Setting::RobotMass)
     }
 
-    /// Square of the largest radius of gyration about a horizontal axis, m^2, with the loads that the
-    /// robot is made for.
+    /// Square of the largest radius of gyration about a horizontal axis, m^2, with the loads that
+    /// the robot is made for.
     const GYRATION: f32;
 
     /// Highest step off which the robot may fall backward; by default none.
@@ -214,8 +214,8 @@ pub trait Body: Sized {
         period: f32,
     ) -> Option<Ahead>;
 
-    /// Scale of a forward speed, 0 to 1, with which the robot does not turn over if it drives over an
-    /// edge that it does not see. NaN passes nothing.
+    /// Scale of a forward speed, 0 to 1, with which the robot does not turn over if it drives over
+    /// an edge that it does not see. NaN passes nothing.
     fn forward_scale(&self, _: &Attitude) -> f32 {
         1.0
     }

@@ -6,13 +6,13 @@
 //! centre of gravity to the edge and `h` its height over the edge. A robot that already turns about
 //! the edge with the rate `w` has less left: `e = l - h - (l^2 + k^2) w^2 / 2 g`, with the radius
 //! of gyration `k`. [`Tipping::margin`] expresses `e` as a margin: that of a robot at rest with as
-//! much energy left, `sqrt(e (e + 2 h))`. So one set of levels, in metres, applies to robots at rest
-//! and in motion.
+//! much energy left, `sqrt(e (e + 2 h))`. So one set of levels, in metres, applies to robots at
+//! rest and in motion.
 //!
-//! An instant stop from the speed `v` adds the angular momentum `v a` about the edge ahead, per mass.
-//! `a` is the distance of the centre of gravity to the line on which the edge moves. The energy of
-//! this momentum is that of a point mass, the smallest inertia that a body can have:
-//! `(2 v a w + (v a)^2 / l^2) / 2 g`.
+//! An instant stop from the speed `v` adds the angular momentum `v a` about the edge ahead, per
+//! mass. `a` is the distance of the centre of gravity to the line on which the edge moves. The
+//! energy of this momentum is that of a point mass, the smallest inertia that a body can have: `(2
+//! v a w + (v a)^2 / l^2) / 2 g`.
 
 use super::evaluation::Evaluation;
 use super::support::{Edge, Stance};
@@ -143,9 +143,9 @@ mod tests {
     const GYRATION: f64 = 0.053;
 
     /// Whether a body tips over an edge. Its centre of gravity is at `place` (forward and up from
-    /// the edge, m), its radius of gyration squared `gyration`, m^2, and it turns with `rate`, rad/s,
-    /// in the direction in which a mass at the top moves along `direction`. Integrates the rigid
-    /// rotation about the edge with steps of 50 us.
+    /// the edge, m), its radius of gyration squared `gyration`, m^2, and it turns with `rate`,
+    /// rad/s, in the direction in which a mass at the top moves along `direction`. Integrates the
+    /// rigid rotation about the edge with steps of 50 us.
     fn tips(place: [f64; 2], rate: f64, direction: f64, gyration: f64) -> bool {
         const STEP: f64 = 5e-5;
         let [x, z] = place;
@@ -265,8 +265,8 @@ mod tests {
         Stance::on(contacts, place(along, 0.0, up))
     }
 
-    /// Speed along the heading from which an instant stop uses up all energy, m/s, by bisection; and
-    /// the margin at rest, m.
+    /// Speed along the heading from which an instant stop uses up all energy, m/s, by bisection;
+    /// and the margin at rest, m.
     fn limit(stance: &Stance, direction: f32) -> (f32, f32) {
         let parameters = Parameters::new(&Settings::default());
         let level = [0.0, 0.0, GRAVITY];

@@ -482,9 +482,9 @@ fn the_bridge_opens_beyond_its_currents() {
     }
 }
 
-/// A three-phase motor at a bridge that carries 50 A for ever. At 300 rad/s its back-EMF between two
-/// leads is 36 V, and its shorted winding takes 28 A: 21 V at 0.4 ohm, and 0.63 and 0.84 ohm in the
-/// axes d and q.
+/// A three-phase motor at a bridge that carries 50 A for ever. At 300 rad/s its back-EMF between
+/// two leads is 36 V, and its shorted winding takes 28 A: 21 V at 0.4 ohm, and 0.63 and 0.84 ohm in
+/// the axes d and q.
 const STRONG: Config = Config {
     continuous_current: 50.0,
     ..THREE_PHASE

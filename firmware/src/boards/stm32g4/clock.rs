@@ -46,8 +46,8 @@ pub fn start() -> Peripherals {
     // The library computes with half of the bus clock. These clocks do not depend on it.
     config.rcc.mux.usart1sel = mux::Usart1sel::SYS;
     config.rcc.mux.i2c3sel = mux::I2csel::SYS;
-    // The library switches from 16 MHz to the fast clock at once. Above 80 MHz the bus clock must be
-    // half of it meanwhile, for at least 1 us (RM0440, 6.1.5 and 7.2.7).
+    // The library switches from 16 MHz to the fast clock at once. Above 80 MHz the bus clock must
+    // be half of it meanwhile, for at least 1 us (RM0440, 6.1.5 and 7.2.7).
     config.rcc.ahb_pre = AHBPrescaler::DIV2;
     let peripherals = embassy_stm32::init(config);
     leave_half_speed();

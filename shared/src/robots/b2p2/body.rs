@@ -493,8 +493,8 @@ impl Body for B2p2 {
     }
 
     /// A robot that has climbed may drive over an edge. It then turns about the edge until its body
-    /// reaches the ground below, and falls on about axle 2 onto its raised front. Its body turns over
-    /// if all this is more than a right angle.
+    /// reaches the ground below, and falls on about axle 2 onto its raised front. Its body turns
+    /// over if all this is more than a right angle.
     fn forward_scale(&self, attitude: &Attitude) -> f32 {
         let height = min(self.climbed, self.step);
         if !(height > LOW) {

@@ -23,8 +23,8 @@ const BISECTIONS: usize = 4;
 /// * Left and right edge: every motion.
 ///
 /// Other motions lead away from the edge. They can still use up its margin when the ground ends or
-/// when they stop; the decay of the margin and the energy of a stop cover these cases. At a NaN pitch a motion leads to every edge, except to the rear edge at
-/// forward speed zero.
+/// when they stop; the decay of the margin and the energy of a stop cover these cases. At a NaN
+/// pitch a motion leads to every edge, except to the rear edge at forward speed zero.
 fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
     match edge {
         Edge::Back if forward > 0.0 => !(pitch <= 0.0),
@@ -427,9 +427,9 @@ mod tests {
         assert!((before - 0.125).abs() < 1e-5, "{before}");
     }
 
-    /// A robot with its centre of gravity 0.2 m above the rear edge backs on level ground. The scale
-    /// is the largest, in steps of 0.001, with which an instant stop leaves the margin of the ramp.
-    /// The energies are those of a point mass, in double precision.
+    /// A robot with its centre of gravity 0.2 m above the rear edge backs on level ground. The
+    /// scale is the largest, in steps of 0.001, with which an instant stop leaves the margin of the
+    /// ramp. The energies are those of a point mass, in double precision.
     #[test]
     fn an_instant_stop_from_what_passes_leaves_the_margin_of_the_ramp() {
         let height = 0.2_f64;

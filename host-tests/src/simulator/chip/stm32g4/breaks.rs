@@ -1,8 +1,8 @@
 //! What opens the bridge without software: the break inputs of TIM1, and events of the chip itself
 //! (RM0440: 7.2.9 clock security, 10.2.8 `SYSCFG_CFGR2`, 29.3.16 breaks).
 //!
-//! A break input with a filter needs the timer's clock. Without clock security, a crystal that fails
-//! stops this clock and the core.
+//! A break input with a filter needs the timer's clock. Without clock security, a crystal that
+//! fails stops this clock and the core.
 
 use super::{BDTR, Chip, MOE, PWR, RCC, State, TIM1};
 
