@@ -29,6 +29,9 @@ impl<B: Body> Guard<B> {
     #[inline(never)]
     pub(super) fn evaluate(&mut self) {
         let period = self.schedule.period();
+        if let Some(level) = self.sensing.learn(self.drives.still(), period) {
+            self.attitude.rest(level);
+        }
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {
             self.body.receive_speed(speed, &self.attitude);
         }

@@ -16,6 +16,7 @@ pub use telemetry::Telemetry;
 use crate::estimate::attitude::Attitude;
 use crate::math::max;
 use crate::sensing::Sensing;
+use crate::sensing::rest::RATE_BOUND;
 use crate::sensing::trust::{Reason, Trust};
 use crate::settings::{Setting, Settings};
 use crate::stability::allowed::Stop;
@@ -47,6 +48,8 @@ pub struct Balance {
     filter_active: bool,
     settings_doubted: bool,
     trust: Trust,
+    /// Constant error of the gyroscope, if it is known, rad/s.
+    rate_at_rest: Option<f32>,
     criterion: Criterion,
     bands: Bands,
     trip: Trip,
@@ -69,6 +72,7 @@ impl Balance {
             filter_active: settings.get(Setting::FilterActive) == 1,
             settings_doubted: false,
             trust: Trust::None(Reason::Silent),
+            rate_at_rest: None,
             criterion: Criterion::default(),
             bands: Bands::default(),
             trip: Trip::default(),
@@ -95,12 +99,9 @@ impl Balance {
         speed: f32,
         period: f32,
     ) {
-        let rotation = sensing.unseen_rotation();
-        self.parameters.uncertainty.attitude = if rotation > 0.0 {
-            rotation * stance.height()
-        } else {
-            0.0
-        };
+        let tilt = sensing.uncertain_tilt(attitude.memory());
+        self.parameters.uncertainty.attitude = tilt * stance.height();
+        self.rate_at_rest = sensing.rest().largest_rate();
         let force = sensing.level_force(&attitude.level_axes(), period);
         self.found = self
             .criterion
@@ -157,6 +158,14 @@ impl Balance {
         }
         if let Trust::None(reason) = self.trust {
             return Some(Refusal::Sensors { reason });
+        }
+        match self.rate_at_rest {
+            None => return Some(Refusal::NotAtRest),
+            Some(rate) if !(rate <= RATE_BOUND) => {
+                let bound = RATE_BOUND;
+                return Some(Refusal::RateAtRest { rate, bound });
+            }
+            Some(_) => {}
         }
         if !(homes && self.filter_active) {
             return None;
