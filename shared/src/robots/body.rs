@@ -37,8 +37,8 @@ pub struct DriveState {
     pub homed: bool,
     /// Whether the drive is in "operation enabled".
     pub enabled: bool,
-    /// Whether the shaft turns faster than 0.01 rad/s, or a screw moves faster than 10 um/s.
-    pub moves: bool,
+    /// Whether the drive is one of [`Body::ODOMETRY`], and turns faster than 0.01 rad/s.
+    pub rolls: bool,
     /// Whether the shaft turns without power, and the drive is one of [`Body::ODOMETRY`] or was
     /// under power before.
     pub turns_freely: bool,

@@ -108,12 +108,12 @@ impl Sensing {
         self.force.advance(axes, period)
     }
 
-    /// Learns the constant errors of the sensors, `period` s after the previous call, while no
-    /// drive moves (`still`). Returns pitch and roll, rad, when they are learned for the first
+    /// Learns the constant errors of the sensors, `period` s after the previous call, while the
+    /// robot does not roll (`stands`). Returns pitch and roll, rad, when they are learned for the first
     /// time.
-    pub fn learn(&mut self, still: bool, period: f32) -> Option<[f32; 2]> {
+    pub fn learn(&mut self, stands: bool, period: f32) -> Option<[f32; 2]> {
         let believed = self.gravity.worst().or(self.watch.own_trust()) == Trust::Full;
-        self.rest.advance(still && believed, period)
+        self.rest.advance(stands && believed, period)
     }
 
     /// Returns the constant errors of the sensors.
@@ -129,6 +129,8 @@ impl Sensing {
         slow: bool,
         period: f32,
     ) -> Trust {
+        // Before the first rest, the force has the constant error of the accelerometer.
+        let slow = slow && !self.rest.expected();
         self.watch.compare(force, attitude, slow, period);
         self.gravity.worst().or(self.watch.trust())
     }

@@ -1,7 +1,7 @@
 //! Learns the constant errors of gyroscope and accelerometer while the robot rests.
 //!
 //! A gyroscope that warms up from -25 to 20 degrees C reads several degrees/s at rest. The robot
-//! rests while no drive moves and no mean of inclinometer, accelerometer and gyroscope over
+//! rests while no track or wheel turns and no mean of inclinometer, accelerometer and gyroscope over
 //! [`WINDOW`] differs from that at the beginning of the rest. Then the gyroscope's mean is its
 //! constant error. A rotation that the inclinometer does not show can be part of it: that of
 //! [`ROTATION`] in the time of the rest. A rotation about the vertical is never shown. So a rest
@@ -33,7 +33,7 @@ const LONGEST: f32 = 20.0;
 const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
-/// Time after the start for which a request to arm waits for the first rest, s.
+/// Time after the start in which the first rest is expected, s.
 const PATIENCE: f32 = 5.0;
 
 /// Means of inclination, specific force and angular rate, in this order.
@@ -85,8 +85,8 @@ impl Rest {
         );
     }
 
-    /// Learns the errors, once per evaluation, `period` s after the previous one. `rests`: no drive
-    /// moves, and every sensor is believed by itself. Returns the inclination, rad, when the errors
+    /// Learns the errors, once per evaluation, `period` s after the previous one. `rests`: no
+    /// track or wheel turns, and every sensor is believed by itself. Returns the inclination, rad, when the errors
     /// are learned for the first time.
     pub fn advance(&mut self, rests: bool, period: f32) -> Option<[f32; 2]> {
         self.age += period;
@@ -169,15 +169,20 @@ impl Rest {
             .map_or(0.0, |learned| learned + DRIFT * self.age)
     }
 
-    /// Largest constant error of an axis of the gyroscope, rad/s; `None` before it is learned.
-    pub fn largest_rate(&self) -> Option<f32> {
+    /// Largest constant error of an axis of the gyroscope, rad/s; 0 before it is learned.
+    pub fn largest_rate(&self) -> f32 {
         let [x, y, z] = self.rate.map(f32::abs);
-        self.uncertainty.map(|_| max(x, max(y, z)))
+        max(x, max(y, z))
     }
 
-    /// Whether the robot may still come to its first rest, so that a request to arm waits for it.
+    /// Whether the errors are not known yet, soon after the start.
     pub fn expected(&self) -> bool {
         self.uncertainty.is_none() && self.running < PATIENCE
+    }
+
+    /// Whether the errors are not known although the guard has run for long.
+    pub fn missed(&self) -> bool {
+        self.uncertainty.is_none() && !self.expected()
     }
 }
 

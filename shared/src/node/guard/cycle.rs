@@ -77,11 +77,9 @@ impl<B: Body> Guard<B> {
         let ready = complete && self.drives.have_status();
         let arms = ready && self.operator.arms(now_us) && !self.balance.tripped();
         let starts = arms && before == State::Ready || matches!(before, State::Starting(_));
-        // The first readings may be wrong, and the constant error of the gyroscope is not known
-        // before the robot has rested. Until then, the start waits.
+        // The first readings may be wrong. Until they have settled, the start waits.
         let refusal = self.start_refusal().filter(|_| starts);
-        let waits = refusal == Some(Refusal::NotAtRest) && self.sensing.rest().expected();
-        let refused = refusal.filter(|_| !(waits || self.attitude.settling()));
+        let refused = refusal.filter(|_| !self.attitude.settling());
         let conditions = Conditions {
             complete,
             fault: self.fault.is_some() || self.drives.reset_under_way(),
@@ -89,7 +87,7 @@ impl<B: Body> Guard<B> {
             arms: arms && refusal.is_none(),
             refused: refused.is_some(),
             open: self.gate == Gate::Open,
-            settling: self.attitude.settling(),
+            settling: self.attitude.settling() || self.sensing.rest().expected(),
         };
         let drives = self.drives.states();
         self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);

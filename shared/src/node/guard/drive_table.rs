@@ -98,9 +98,9 @@ impl Drives {
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
-    /// Returns whether no drive moves.
-    pub fn still(&self) -> bool {
-        !self.states.iter().any(|state| state.moves)
+    /// Returns whether the robot rolls on any of its tracks or wheels.
+    pub fn roll(&self) -> bool {
+        self.states.iter().any(|state| state.rolls)
     }
 
     /// Returns whether every drive has sent its status since it started.

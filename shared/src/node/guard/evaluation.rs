@@ -29,7 +29,7 @@ impl<B: Body> Guard<B> {
     #[inline(never)]
     pub(super) fn evaluate(&mut self) {
         let period = self.schedule.period();
-        if let Some(level) = self.sensing.learn(self.drives.still(), period) {
+        if let Some(level) = self.sensing.learn(!self.drives.roll(), period) {
             self.attitude.rest(level);
         }
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {

@@ -48,8 +48,9 @@ pub struct Balance {
     filter_active: bool,
     settings_doubted: bool,
     trust: Trust,
-    /// Constant error of the gyroscope, if it is known, rad/s.
-    rate_at_rest: Option<f32>,
+    /// Constant error of the gyroscope, rad/s, and whether it is still not known.
+    rate_at_rest: f32,
+    unrested: bool,
     criterion: Criterion,
     bands: Bands,
     trip: Trip,
@@ -72,7 +73,8 @@ impl Balance {
             filter_active: settings.get(Setting::FilterActive) == 1,
             settings_doubted: false,
             trust: Trust::None(Reason::Silent),
-            rate_at_rest: None,
+            rate_at_rest: 0.0,
+            unrested: false,
             criterion: Criterion::default(),
             bands: Bands::default(),
             trip: Trip::default(),
@@ -102,6 +104,7 @@ impl Balance {
         let tilt = sensing.uncertain_tilt(attitude.memory());
         self.parameters.uncertainty.attitude = tilt * stance.height();
         self.rate_at_rest = sensing.rest().largest_rate();
+        self.unrested = sensing.rest().missed();
         let force = sensing.level_force(&attitude.level_axes(), period);
         self.found = self
             .criterion
@@ -159,13 +162,12 @@ impl Balance {
         if let Trust::None(reason) = self.trust {
             return Some(Refusal::Sensors { reason });
         }
-        match self.rate_at_rest {
-            None => return Some(Refusal::NotAtRest),
-            Some(rate) if !(rate <= RATE_BOUND) => {
-                let bound = RATE_BOUND;
-                return Some(Refusal::RateAtRest { rate, bound });
-            }
-            Some(_) => {}
+        if self.unrested {
+            return Some(Refusal::NotAtRest);
+        }
+        let (rate, bound) = (self.rate_at_rest, RATE_BOUND);
+        if !(rate <= bound) {
+            return Some(Refusal::RateAtRest { rate, bound });
         }
         if !(homes && self.filter_active) {
             return None;

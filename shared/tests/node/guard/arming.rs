@@ -22,7 +22,7 @@ fn starting() -> Bench {
     // Drives that need long for their alignment keep the guard in its stage.
     bench.aligns_until_us = u64::MAX;
     bench.request(Request::Arm);
-    bench.run(900);
+    bench.run(100);
     assert!(matches!(state(&mut bench), State::Starting(_)));
     assert!(
         words(&bench).contains(&controlword::ENABLE_OPERATION),

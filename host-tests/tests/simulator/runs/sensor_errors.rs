@@ -1,0 +1,93 @@
+//! Tests of runs with constant errors of gyroscope and accelerometer, and with tracks that spin.
+
+use super::{outcome, scenario, unless_unchanged};
+use tautrack_host_tests::programs::Board;
+use tautrack_host_tests::scenario::{Event, Expect, Scenario, When};
+use tautrack_host_tests::simulator::record::Sample;
+
+/// A shipped scenario whose gyroscope is off by 4 degrees/s, and whose accelerometer is off by
+/// 0.1 g, on every axis.
+fn off(name: &str, sign: f64) -> Scenario {
+    scenario(name, |description| {
+        description.sensors.errors.rate_at_rest_deg_s = [4.0 * sign; 3];
+        description.sensors.errors.accelerometer_g = [0.1 * sign; 3];
+        description.expect = Expect::default();
+    })
+}
+
+fn armed(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
+    let armed = |sample: &&Sample| sample.received.guard_state == "armed";
+    samples.iter().filter(armed)
+}
+
+/// Largest error of the guard's pitch and roll while it is armed, degrees.
+fn attitude_error(samples: &[Sample]) -> f64 {
+    armed(samples).fold(0.0, |worst: f64, sample| {
+        let pitch = sample.received.pitch - sample.truth.pitch;
+        let roll = sample.received.roll - sample.truth.roll;
+        worst
+            .max(pitch.abs().to_degrees())
+            .max(roll.abs().to_degrees())
+    })
+}
+
+#[test]
+fn hazards_are_held_and_legitimate_runs_pass_though_the_sensors_are_off() {
+    unless_unchanged(
+        "hazards_are_held_and_legitimate_runs_pass_though_the_sensors_are_off",
+        || {
+            for sign in [-1.0, 1.0] {
+                for name in [
+                    "hazards/front-kept-up",
+                    "hazards/payload-4-kg",
+                    "hazards/nose-down-front-raised",
+                    "hazards/guard-restart-on-stairs",
+                ] {
+                    let (_, samples) = outcome(&off(name, sign), Board::Host);
+                    assert!(armed(&samples).count() > 0, "{name} {sign}");
+                    let toppled = samples.iter().any(|sample| sample.truth.toppled);
+                    assert!(!toppled, "{name} {sign}");
+                }
+                for name in ["nominal", "descent", "turning"] {
+                    let name = format!("legitimate/{name}");
+                    let (_, samples) = outcome(&off(&name, sign), Board::Host);
+                    assert!(armed(&samples).count() > 0, "{name} {sign}");
+                    let hindered =
+                        armed(&samples).find(|sample| sample.received.verdict != "passed");
+                    let verdict = hindered.map(|sample| &sample.received.verdict);
+                    assert_eq!(verdict, None, "{name} {sign}");
+                    let error = attitude_error(&samples);
+                    assert!(error < 2.0, "{name} {sign}: {error} degrees");
+                }
+            }
+        },
+    );
+}
+
+/// With the acceleration of the drives subtracted, the roll would be wrong by 2.3 degrees.
+#[test]
+fn tracks_that_spin_in_a_turn_turn_the_attitude_by_less_than_a_degree() {
+    unless_unchanged(
+        "tracks_that_spin_in_a_turn_turn_the_attitude_by_less_than_a_degree",
+        || {
+            let turning = scenario("flat", |description| {
+                description.friction = 0.05;
+                description.duration_s = 20.0;
+                description.expect = Expect::default();
+                description.operator.speed_mps = 0.4;
+                description.operator.events = vec![Event {
+                    yaw_rate_deg_s: Some(57.0),
+                    when: When {
+                        after_s: Some(0.5),
+                        ..When::default()
+                    },
+                    ..Event::default()
+                }];
+            });
+            let (_, samples) = outcome(&turning, Board::Host);
+            assert!(armed(&samples).count() > 1_000);
+            let error = attitude_error(&samples);
+            assert!(error < 1.0, "{error} degrees");
+        },
+    );
+}
