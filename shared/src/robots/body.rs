@@ -24,6 +24,7 @@ pub const MAX_OFFSETS: usize = 4;
 
 /// State of a drive as the guard receives it from the bus.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[allow(clippy::struct_excessive_bools)] // independent facts, not states
 pub struct DriveState {
     /// Position of the output shaft; 0 before the first one is received.
     pub position: Position,

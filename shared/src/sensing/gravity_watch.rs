@@ -10,7 +10,7 @@ use crate::sensors::Sensor;
 /// shorter.
 const AFTER: f32 = 0.06;
 /// Specific force below which the robot falls freely, m/s^2.
-const FREE_FALL: f32 = 0.3 * GRAVITY;
+const FREE_FALL: f32 = 0.2 * GRAVITY;
 /// Force along the body's z axis below which the body is upside down, m/s^2: that of 120 degrees.
 const DOWNWARD: f32 = -0.5 * GRAVITY;
 /// Pitch beyond which an inclinometer is upside down, rad: 120 degrees.
@@ -31,11 +31,11 @@ fn count(timer: &mut f32, there: bool, period: f32) {
 }
 
 impl GravityWatch {
-    /// Takes a specific force in body axes that counts for `period` s.
+    /// Takes a specific force in body axes that counts for `period` s, without its constant error.
+    /// `zero`: the accelerometer itself reads zero.
     #[inline]
-    pub fn receive_force(&mut self, [x, y, z]: [f32; 3], period: f32) {
+    pub fn receive_force(&mut self, [x, y, z]: [f32; 3], zero: bool, period: f32) {
         let square = x * x + y * y + z * z;
-        let zero = !(square > 0.0);
         count(&mut self.zero, zero, period);
         let falls = !zero && square < FREE_FALL * FREE_FALL;
         count(&mut self.free_fall, falls, period);

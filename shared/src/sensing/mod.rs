@@ -73,9 +73,11 @@ impl Sensing {
             if fresh.accelerometer {
                 kept.specific_force = sensors.specific_force;
                 let force = self.mounting.turn(sensors.specific_force);
+                let force = sub(force, self.rest.force());
+                let zero = sensors.specific_force.iter().all(|value| *value == 0.0);
                 let period = self.watch.period(Sensor::Accelerometer);
-                self.gravity.receive_force(force, period);
-                self.force.receive(sub(force, self.rest.force()));
+                self.gravity.receive_force(force, zero, period);
+                self.force.receive(force);
             }
             if fresh.gyroscope {
                 kept.angular_rate = sensors.angular_rate;

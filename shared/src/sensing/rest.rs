@@ -34,7 +34,7 @@ const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
 /// Time after the start in which the first rest is expected, s.
-const PATIENCE: f32 = 5.0;
+const PATIENCE: f32 = 10.0;
 
 /// Means of inclination, specific force and angular rate, in this order.
 type Means = ([f32; 2], [f32; 3], [f32; 3]);

@@ -183,11 +183,11 @@ fn a_robot_that_stands_for_long_follows_the_drift() {
 
 /// Ten times the usual noise, and three times.
 #[test]
-fn a_noisy_robot_at_rest_is_learned_within_the_time_that_arming_waits() {
+fn a_noisy_robot_at_rest_is_learned_within_the_time_that_the_start_waits() {
     for noise in [3.0, 10.0] {
         let mut robot = Robot::new([4.0, -4.0, 4.0]);
         robot.noise = noise;
-        robot.run(4.9, true, STANDING);
+        robot.run(9.9, true, STANDING);
         assert!(
             near(robot.learned(), [4.0, -4.0, 4.0], 0.15),
             "{noise}: {:?}",

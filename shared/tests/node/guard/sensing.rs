@@ -223,7 +223,7 @@ fn a_gyroscope_that_reads_too_much_at_rest_is_not_armed_and_the_refusal_has_the_
     }
 }
 
-/// The request waits for five seconds, then it is refused.
+/// The start waits for ten seconds, then it is refused.
 #[test]
 fn a_robot_that_is_carried_is_not_armed_before_it_rests() {
     let mut bench = Bench::new(&Settings::default());
@@ -239,7 +239,7 @@ fn a_robot_that_is_carried_is_not_armed_before_it_rests() {
             bench.tick();
         }
     };
-    carry(&mut bench, 4_000);
+    carry(&mut bench, 9_000);
     assert_eq!(bench.guard.telemetry().refusal, None);
     carry(&mut bench, 2_000);
     assert_eq!(bench.guard.telemetry().refusal, Some(Refusal::NotAtRest));
