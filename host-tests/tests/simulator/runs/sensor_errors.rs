@@ -1,8 +1,8 @@
-//! Tests of runs with constant errors of gyroscope and accelerometer, and with tracks that spin.
+//! Tests of runs with constant errors of gyroscope and accelerometer.
 
 use super::{outcome, scenario, unless_unchanged};
 use tautrack_host_tests::programs::Board;
-use tautrack_host_tests::scenario::{Event, Expect, Scenario, When};
+use tautrack_host_tests::scenario::{Expect, Scenario};
 use tautrack_host_tests::simulator::record::Sample;
 
 /// A shipped scenario whose gyroscope is off by 4 degrees/s, and whose accelerometer is off by
@@ -60,34 +60,6 @@ fn hazards_are_held_and_legitimate_runs_pass_though_the_sensors_are_off() {
                     assert!(error < 2.0, "{name} {sign}: {error} degrees");
                 }
             }
-        },
-    );
-}
-
-/// With the acceleration of the drives subtracted, the roll would be wrong by 2.3 degrees.
-#[test]
-fn tracks_that_spin_in_a_turn_turn_the_attitude_by_less_than_a_degree() {
-    unless_unchanged(
-        "tracks_that_spin_in_a_turn_turn_the_attitude_by_less_than_a_degree",
-        || {
-            let turning = scenario("flat", |description| {
-                description.friction = 0.05;
-                description.duration_s = 20.0;
-                description.expect = Expect::default();
-                description.operator.speed_mps = 0.4;
-                description.operator.events = vec![Event {
-                    yaw_rate_deg_s: Some(57.0),
-                    when: When {
-                        after_s: Some(0.5),
-                        ..When::default()
-                    },
-                    ..Event::default()
-                }];
-            });
-            let (_, samples) = outcome(&turning, Board::Host);
-            assert!(armed(&samples).count() > 1_000);
-            let error = attitude_error(&samples);
-            assert!(error < 1.0, "{error} degrees");
         },
     );
 }
