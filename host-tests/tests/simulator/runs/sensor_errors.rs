@@ -20,17 +20,6 @@ fn armed(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
     samples.iter().filter(armed)
 }
 
-/// Largest error of the guard's pitch and roll while it is armed, degrees.
-fn attitude_error(samples: &[Sample]) -> f64 {
-    armed(samples).fold(0.0, |worst: f64, sample| {
-        let pitch = sample.received.pitch - sample.truth.pitch;
-        let roll = sample.received.roll - sample.truth.roll;
-        worst
-            .max(pitch.abs().to_degrees())
-            .max(roll.abs().to_degrees())
-    })
-}
-
 #[test]
 fn hazards_are_held_and_legitimate_runs_pass_though_the_sensors_are_off() {
     unless_unchanged(
@@ -56,8 +45,6 @@ fn hazards_are_held_and_legitimate_runs_pass_though_the_sensors_are_off() {
                         armed(&samples).find(|sample| sample.received.verdict != "passed");
                     let verdict = hindered.map(|sample| &sample.received.verdict);
                     assert_eq!(verdict, None, "{name} {sign}");
-                    let error = attitude_error(&samples);
-                    assert!(error < 2.0, "{name} {sign}: {error} degrees");
                 }
             }
         },
