@@ -137,6 +137,10 @@ pub trait Body: Sized {
         settings.si(Setting::RobotMass)
     }
 
+    /// Square of the largest radius of gyration about a horizontal axis, m^2, with the loads that the
+    /// robot is made for.
+    const GYRATION: f32;
+
     /// Highest step off which the robot may fall backward; by default none.
     fn step_behind(_: &Settings) -> StepBehind {
         StepBehind::NONE
@@ -181,6 +185,12 @@ pub trait Body: Sized {
         horizon: f32,
         period: f32,
     ) -> Option<Ahead>;
+
+    /// Scale of a forward speed, 0 to 1, with which the robot does not turn over if it drives over an
+    /// edge that it does not see. NaN passes nothing.
+    fn forward_scale(&self, _: &Attitude) -> f32 {
+        1.0
+    }
 
     /// Stance in this attitude with the shape of the previous observation.
     ///
@@ -260,6 +270,7 @@ pub trait Body: Sized {
 pub fn balance_parameters<B: Body>(settings: &Settings) -> Parameters {
     let mut parameters = Parameters::new(settings);
     parameters.uncertainty.robot_mass = B::mass(settings);
+    parameters.gyration = B::GYRATION;
     parameters.step_behind = B::step_behind(settings);
     parameters.half_width = B::half_width(settings);
     parameters

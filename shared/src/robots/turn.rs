@@ -83,8 +83,7 @@ impl Turn {
         };
         let target = limit(target, largest);
         let bearable = allowed.limits.yaw_rate(self.rate, speed);
-        let guarded =
-            allowed.stop == Some(Stop::Hard) || allowed.speed_scale < 1.0 || bearable != self.rate;
+        let guarded = allowed.stop == Some(Stop::Hard) || allowed.brakes || bearable != self.rate;
         let slows = target.abs() < self.rate.abs();
         let acceleration = if guarded && slows {
             self.braking
@@ -115,6 +114,7 @@ mod tests {
         Allowed {
             speed_scale,
             stop,
+            brakes: speed_scale < 1.0,
             posture: true,
             limits: MotionLimits {
                 forward: 1.5,

@@ -62,6 +62,9 @@ pub struct Allowed {
     pub speed_scale: f32,
     /// If set, the robot must stand still: wheels, legs, arms and levelling brake to rest.
     pub stop: Option<Stop>,
+    /// Whether the robot brakes as hard as the guard's limits allow: more is commanded, or driven
+    /// at present, than the filter allows.
+    pub brakes: bool,
     /// Whether the posture may move.
     pub posture: bool,
     /// Limits of both motions.
@@ -81,7 +84,7 @@ impl Allowed {
             self.limits.backward
         };
         let slows = target.abs() < motion.velocity.abs();
-        let acceleration = if slows && (self.stop == Some(Stop::Hard) || self.speed_scale < 1.0) {
+        let acceleration = if slows && (self.stop == Some(Stop::Hard) || self.brakes) {
             handed_down
         } else {
             min(handed_down, own.acceleration)
@@ -136,6 +139,7 @@ mod tests {
         let allowed = Allowed {
             speed_scale,
             stop,
+            brakes: speed_scale < 1.0,
             posture: true,
             limits: MotionLimits {
                 forward: 1.5,

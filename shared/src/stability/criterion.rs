@@ -13,9 +13,9 @@
 //! `|l| sin(nu_stop)`, and no arc tangent is needed.
 
 use super::edge_margin::weigh;
+use super::energy::stopping_speed;
 use super::evaluation::Evaluation;
 use super::parameters::Parameters;
-use super::stopping::stopping_speed;
 use super::support::Stance;
 use crate::math::vector::Vector;
 use crate::math::{max, root_of_sum};

@@ -4,7 +4,7 @@
 //! the edges of the support. `edge_margin`: the margins of one edge. [`criterion`]: which of them
 //! counts, in an [`evaluation`]. [`bands`]: the band of the narrowest margin. [`tracker`]: margins
 //! with their rates. [`allowed`]: what is commanded and allowed. [`filter`]: the scale of a
-//! command, with its [`verdict`]. [`stopping`]: the speed limit of a posture. [`step_behind`] and
+//! command, with its [`verdict`]. [`energy`]: margins that contain momentum. [`step_behind`] and
 //! [`diagonal`]: falls that no margin shows. [`limits`]: limits of accelerations and yaw.
 //! [`trip`]: the latch. [`parameters`]: the numbers of all these.
 //! For any scalar: [`zmp`], where the reaction of the ground acts, and [`tipover`], the angle
@@ -16,12 +16,12 @@ pub mod bands;
 pub mod criterion;
 pub mod diagonal;
 mod edge_margin;
+pub mod energy;
 pub mod evaluation;
 pub mod filter;
 pub mod limits;
 pub mod parameters;
 pub mod step_behind;
-pub mod stopping;
 pub mod support;
 pub mod tipover;
 pub mod tracker;

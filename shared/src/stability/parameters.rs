@@ -1,6 +1,7 @@
 //! Reads the parameters of the guard's supervision from the settings, and checks that they fit each
 //! other and the robot's geometry.
 
+use super::energy::Tipping;
 use super::filter::{Bounds, Ramp};
 use super::step_behind::StepBehind;
 use super::support::{Edge, Stance};
@@ -60,12 +61,16 @@ pub struct Parameters {
     pub dwell: f32,
     /// How far ahead margins are predicted, in addition to the time of a stop.
     pub horizon: f32,
+    /// Largest speed over ground, m/s.
+    pub speed: f32,
     /// Acceleration and deceleration over ground, m/s^2.
     pub acceleration: f32,
     /// Largest deceleration of the guard's own stops, m/s^2; never below `acceleration`.
     pub braking: f32,
     /// Largest speed while the sensors are in doubt, in the override and when backing off, m/s.
     pub crawl_speed: f32,
+    /// Square of the robot's radius of gyration, m^2; its body provides it.
+    pub gyration: f32,
     /// Highest step that may be behind the robot; its body provides it.
     pub step_behind: StepBehind,
     /// Distance of the robot's driving sides from its middle, m; its body provides it.
@@ -190,12 +195,14 @@ impl Parameters {
             hysteresis: settings.si(Setting::BandHysteresis),
             dwell: settings.si(Setting::BandDwell),
             horizon: settings.si(Setting::PredictionHorizon),
+            speed: settings.si(Setting::SpeedLimit),
             acceleration: settings.si(Setting::DriveAcceleration),
             braking: max(
                 settings.si(Setting::GuardDeceleration),
                 settings.si(Setting::DriveAcceleration),
             ),
             crawl_speed: settings.si(Setting::CrawlSpeed),
+            gyration: 0.0,
             step_behind: StepBehind::NONE,
             half_width: 0.0,
             back_off: settings.get(Setting::BackOff) == 1,
@@ -209,15 +216,15 @@ impl Parameters {
         }
     }
 
-    /// Bounds of the filter that looks `horizon` s ahead.
-    pub fn bounds(&self, horizon: f32) -> Bounds {
+    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that.
+    pub fn bounds(&self, horizon: f32, tipping: [Tipping; 4]) -> Bounds {
         let ramp = |none, all| Ramp { none, all };
         Bounds {
             towards: ramp(self.stop, self.caution),
             away: ramp(self.trip, self.stop),
             horizon,
             foresight: self.horizon,
-            reserve: 0.0,
+            tipping,
             half_width: self.half_width,
         }
     }
@@ -304,7 +311,7 @@ mod tests {
 
     #[test]
     fn the_bounds_of_the_filter_are_those_of_the_settings() {
-        let bounds = parameters().bounds(0.4);
+        let bounds = parameters().bounds(0.4, [Tipping::default(); 4]);
         let expected = [0.05, 0.09, 0.01, 0.05, 0.4, 0.15];
         let (towards, away) = (bounds.towards, bounds.away);
         let found = [

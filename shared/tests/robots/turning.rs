@@ -40,6 +40,7 @@ fn free() -> Allowed {
     Allowed {
         speed_scale: 1.0,
         stop: None,
+        brakes: false,
         posture: true,
         limits: MotionLimits {
             forward: 1.5,

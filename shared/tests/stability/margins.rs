@@ -5,9 +5,9 @@ use tautrack::constants::GRAVITY;
 use tautrack::math::vector::{cross, dot, sub};
 use tautrack::settings::Settings;
 use tautrack::stability::criterion::Criterion;
+use tautrack::stability::energy::stopping_speed;
 use tautrack::stability::evaluation::Evaluation;
 use tautrack::stability::parameters::{Parameters, Refusal, Uncertainty};
-use tautrack::stability::stopping::{speed_limit, stopping_speed};
 use tautrack::stability::support::{EDGES, Edge, NO_EDGE, Stance};
 use tautrack::stability::tipover;
 use tautrack::stability::tracker::Tracker;
@@ -222,47 +222,6 @@ fn seen(gravity: [f32; 4], levers: [[f32; 2]; 4]) -> Evaluation {
         levers,
         ..Evaluation::default()
     }
-}
-
-/// `v^2 = 2 g (l - h) l^2 / k^2`, with the uncertainty of the masses in `h` and `k`.
-#[test]
-fn the_speed_limit_is_that_of_an_instant_stop_on_a_side_slope() {
-    let stance = Stance::on(FLAT, [0.3, 0.0, 0.25]);
-    for (levers, deduction) in [([0.2, 0.0], 0.0), ([0.2, 0.15], 0.0), ([0.2, -0.15], 0.03)] {
-        for (forward, edge, direction) in [(1.0, Edge::Front, 1.0), (-1.0, Edge::Back, -1.0)] {
-            let mut all = [[0.0; 2]; 4];
-            all[edge as usize] = [levers[0] * direction, levers[1]];
-            let margin = 0.25;
-            let found = seen([margin; 4], all);
-            let (limit, ahead) = speed_limit(&stance, &found, forward, deduction);
-            assert_eq!(ahead, edge);
-            let [x, y] = levers.map(f64::from);
-            let (height, arm) = (x.hypot(y) + f64::from(deduction), x + f64::from(deduction));
-            let length = f64::from(margin).hypot(height);
-            let square = 2.0 * f64::from(GRAVITY) * (length - height) * length * length;
-            let expected = square.sqrt() / arm;
-            assert!(
-                (f64::from(limit) - expected).abs() < 1e-4,
-                "{limit} {expected}"
-            );
-        }
-    }
-}
-
-#[test]
-fn outside_of_an_edge_no_speed_is_allowed() {
-    let stance = Stance::on(FLAT, [0.3, 0.0, 0.25]);
-    for margin in [-0.1, 0.0, f32::NAN] {
-        for ahead in [0.2, -0.2, f32::NAN] {
-            let found = seen([margin; 4], [[ahead, 0.0]; 4]);
-            let (limit, _) = speed_limit(&stance, &found, 1.0, 0.0);
-            assert_eq!(limit, 0.0, "{margin} {ahead}");
-        }
-    }
-    let lever = seen([0.1; 4], [[f32::NAN, 0.0]; 4]);
-    assert_eq!(speed_limit(&stance, &lever, 1.0, 0.0).0, 0.0);
-    let lever = seen([0.1; 4], [[f32::INFINITY, 0.0]; 4]);
-    assert_eq!(speed_limit(&stance, &lever, 1.0, 0.0).0, 0.0);
 }
 
 /// After a time constant of 0.1 s, 1 - 1/e of a step is there.

@@ -10,12 +10,10 @@ use tautrack::settings::Settings;
 use tautrack::stability::allowed::Command;
 use tautrack::stability::bands::{Band, Bands};
 use tautrack::stability::criterion::Criterion;
-use tautrack::stability::filter::{
-    Bounds, Margins, Ramp, Tracker, posture, speed_scale, within_limit,
-};
+use tautrack::stability::energy::{Rotation, Tipping, stopping_speed};
+use tautrack::stability::filter::{Bounds, Margins, Ramp, Tracker, posture, speed_scale};
 use tautrack::stability::limits::MotionLimits;
 use tautrack::stability::parameters::Parameters;
-use tautrack::stability::stopping::{speed_limit, stopping_speed};
 use tautrack::stability::support::{Stance, narrowest};
 use tautrack::stability::trip::{Cause, Inputs, Mode, Requests, Snapshot, Trip};
 
@@ -156,14 +154,16 @@ proptest! {
         ahead in [any_f32(), any_f32(), any_f32(), any_f32()],
         speeds in [any_f32(), any_f32(), any_f32(), any_f32()],
         ramps in [ramp(), ramp()],
-        [horizon, foresight, reserve, half_width] in [any_f32(), any_f32(), any_f32(), any_f32()],
+        [horizon, foresight, half_width] in [any_f32(), any_f32(), any_f32()],
+        [height, arm, turns, gyration] in [any_f32(), any_f32(), any_f32(), any_f32()],
     ) {
         let [forward, yaw_rate, speed, pitch] = speeds;
         let margins = Margins { now, rate, speed };
         let [towards, away] = ramps;
-        let bounds = Bounds { towards, away, horizon, foresight, reserve, half_width };
+        let tipping = [Tipping { height, arm, rate: turns, gyration }; 4];
+        let bounds = Bounds { towards, away, horizon, foresight, tipping, half_width };
         let driven = speed_scale(Command::new(forward, yaw_rate), pitch, &margins, &bounds);
-        for (speed_scale, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
+        for (speed_scale, _) in [driven, posture(&margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&speed_scale), "{}", speed_scale);
         }
     }
@@ -182,6 +182,7 @@ proptest! {
         let parameters = Parameters::new(&Settings::default());
         let (mut watch, mut attitude) = (Watch::new(&Expectations { stuck_readings: 3, rates: [1_000.0; 4] }), Attitude::default());
         let (mut force, mut criterion) = (SpecificForce::default(), Criterion::default());
+        let mut rotation = Rotation::default();
         let (mut bands, mut trip, mut tracker) = (Bands::default(), Trip::default(), Tracker::default());
         // Half of the cases also repeat the steps in reverse order.
         let order: Vec<_> = if again {
@@ -230,10 +231,11 @@ proptest! {
             let admitted = mode.admit(asked, &parameters);
             if !matches!(mode, Mode::BackingOff(_)) && asked.forward.is_finite() {
                 let tracked = tracker.update(stance, &found, &found.gravity, *forward, *period);
-                let bounds = parameters.bounds(0.3);
-                let driven = speed_scale(admitted, attitude.pitch().radians(), &tracked, &bounds);
-                let limit = speed_limit(stance, &found, admitted.forward, 0.0);
-                let (speed_scale, _) = within_limit(driven, admitted.forward, limit);
+                rotation.update(stance, attitude.level(usable.angular_rate), *period);
+                let tipping = rotation.tipping(stance, &found, 0.0, 0.05);
+                let bounds = parameters.bounds(0.3, tipping);
+                let (speed_scale, _) =
+                    speed_scale(admitted, attitude.pitch().radians(), &tracked, &bounds);
                 prop_assert!(within(admitted.forward * speed_scale, asked.forward), "{:?} {}", admitted, speed_scale);
                 let yaw_rate = limits.yaw_rate(admitted.yaw_rate, *forward);
                 prop_assert!(within(yaw_rate, asked.yaw_rate), "{:?} {}", asked, yaw_rate);

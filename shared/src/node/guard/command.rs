@@ -73,10 +73,12 @@ impl<B: Body> Guard<B> {
         let ahead =
             self.body
                 .stance_ahead(&command, &self.attitude, self.balance.horizon(), period);
-        let pitch = self.attitude.pitch().radians();
-        let (allowed, filtered) =
-            self.balance
-                .filter(&command, ahead.as_ref(), pitch, self.body.stopping_time());
+        let motion = balance::Motion {
+            pitch: self.attitude.pitch().radians(),
+            stopping: self.body.stopping_time(),
+            forward_scale: self.body.forward_scale(&self.attitude),
+        };
+        let (allowed, filtered) = self.balance.filter(&command, ahead.as_ref(), motion);
         if !armed {
             self.speed_scale = 1.0;
             // Only an emergency stop trips a robot that is not armed.

@@ -5,7 +5,7 @@ use super::{FrontPart, Masses, Model};
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{Turns, limit, max, min, to_i32};
+use crate::math::{Turns, clamp, limit, max, min, sin_cos, to_i32};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
     Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
@@ -26,10 +26,16 @@ const HEADING_GAIN: f32 = 1.5;
 const HEADING_RATE: f32 = 0.3;
 /// Acceleration of the chassis joint, rad/s^2.
 const CHASSIS_ACCELERATION: f32 = 4.0;
-/// Square of the radius of gyration about the robot's transverse axis, straight and without
-/// payload, m^2. The radius is 0.23 m, from the paper's inertias. With the front folded or a
-/// payload it is 0.2 m.
-const GYRATION: f32 = 0.053;
+/// While the robot may fall forward over an edge, the angle by which it would turn in all until it
+/// lies on its front, rad: the angle up to which the whole forward speed passes (80 degrees), and
+/// the one from which none does (90 degrees: it turns over).
+const FALLS_WELL: f32 = 1.396;
+const TURNS_OVER: f32 = 1.571;
+/// Edge off which no robot turns over, m.
+const LOW: f32 = 0.05;
+/// Pitch below which a robot counts as driving on level ground, rad. So an error of the pitch adds
+/// up to no climb.
+const LEVEL: f32 = 0.05;
 
 /// Largest distance from a target at which it counts as reached: joint 2^-32 turn (0.5 degree),
 /// screw m.
@@ -87,6 +93,10 @@ pub struct B2p2 {
     kept_shape: (Angle, f32),
     tracks: Option<[Position; 2]>,
     odometry: Odometry,
+    /// Height above the lowest place where the robot has been since power-up, m; and the largest
+    /// height of an edge that it may have climbed unseen.
+    climbed: f32,
+    step: f32,
     taut_since_us: Option<u64>,
     /// Whether the screw keeps the slack of the belts, because the robot was armed.
     keeps_slack: bool,
@@ -228,6 +238,9 @@ impl Body for B2p2 {
         "tightening",
     ];
     const ODOMETRY: &'static [usize] = &[LEFT, RIGHT];
+    // Straight and without payload, from the paper's inertias. With the front folded or a payload
+    // it is 0.04 m^2.
+    const GYRATION: f32 = 0.053;
 
     fn new(settings: &Settings) -> Result<Self, GeometryError> {
         let geometry = Geometry::from_micrometres(
@@ -262,6 +275,8 @@ impl Body for B2p2 {
             extension: screw::metres(released),
             tracks: None,
             odometry: Odometry::default(),
+            climbed: 0.0,
+            step: settings.si(Setting::StepBehind),
             taut_since_us: None,
             keeps_slack: false,
             chassis: Motion::default(),
@@ -284,7 +299,7 @@ impl Body for B2p2 {
     fn step_behind(settings: &Settings) -> StepBehind {
         StepBehind {
             height: settings.si(Setting::StepBehind),
-            gyration: GYRATION,
+            gyration: Self::GYRATION,
         }
     }
 
@@ -323,7 +338,7 @@ impl Body for B2p2 {
         }
     }
 
-    fn observe(&mut self, drives: &[DriveState], _: &Attitude, _: f32) {
+    fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
         self.kept_shape = (self.theta, self.extension);
         self.joint_known = drive_of(drives, JOINT).homed;
         self.screw_known = drive_of(drives, SCREW).homed;
@@ -343,6 +358,10 @@ impl Body for B2p2 {
             let turns = |side: usize| tracks[side].turns_since(before[side]);
             let way = core::f32::consts::PI * self.pulley_radius * (turns(0) + turns(1));
             self.odometry.add(way * 1e6);
+            let pitch = attitude.pitch();
+            if pitch.radians().abs() > LEVEL {
+                self.climbed = max(self.climbed + way * sin_cos(pitch).0, 0.0);
+            }
         }
         self.tracks = Some(tracks);
     }
@@ -389,6 +408,21 @@ impl Body for B2p2 {
             stance: self.model.stance(&shape, &axes),
             lifts,
         })
+    }
+
+    /// A robot that has climbed may drive over an edge. It then turns about the edge until its body
+    /// reaches the ground below, and falls on about axle 2 onto its raised front. Its body turns over
+    /// if all this is more than a right angle.
+    fn forward_scale(&self, attitude: &Attitude) -> f32 {
+        let height = min(self.climbed, self.step);
+        if !(height > LOW) {
+            return 1.0;
+        }
+        let sine = height / self.model.l1();
+        // Arc sine, with an error below 1 % up to 0.6 rad.
+        let edge = sine * (1.0 + sine * sine / 6.0);
+        let turned = self.theta.radians() + edge - attitude.pitch().radians();
+        clamp((TURNS_OVER - turned) / (TURNS_OVER - FALLS_WELL), 0.0, 1.0)
     }
 
     /// A joint that is not homed may be anywhere, so homing may take it through its whole travel.

@@ -106,6 +106,11 @@ impl Model {
         }
     }
 
+    /// Distance of axles 1 and 2, m.
+    pub fn l1(&self) -> f32 {
+        self.l1
+    }
+
     /// Centre of gravity and axles at chassis angle `theta` and extension `l3` in m (sum of eq. 1
     /// of the paper's appendix).
     ///

@@ -44,6 +44,7 @@ impl Body for Crawler {
 
     const STAGES: &'static [&'static str] = &["enabling"];
     const ODOMETRY: &'static [usize] = &[0, 1];
+    const GYRATION: f32 = 0.01;
 
     fn new(settings: &Settings) -> Result<Self, ParametersError> {
         let si = |setting| settings.si_f64(setting);

@@ -92,6 +92,7 @@ impl Body for Hylos {
         2 * PER_LEG + WHEEL,
         3 * PER_LEG + WHEEL,
     ];
+    const GYRATION: f32 = 0.09;
 
     fn new(settings: &Settings) -> Result<Self, PotentialError> {
         let posture_control = settings.get(Setting::PostureControl) == 1;

@@ -11,6 +11,7 @@ mod telemetry;
 mod tests;
 
 pub use admission::Inputs;
+pub use passing::Motion;
 pub use telemetry::Telemetry;
 
 use crate::estimate::attitude::Attitude;
@@ -22,6 +23,7 @@ use crate::settings::{Setting, Settings};
 use crate::stability::allowed::Stop;
 use crate::stability::bands::{Band, Bands};
 use crate::stability::criterion::Criterion;
+use crate::stability::energy::Rotation;
 use crate::stability::evaluation::Evaluation;
 use crate::stability::filter::{Margins, Tracker};
 use crate::stability::limits::MotionLimits;
@@ -59,6 +61,9 @@ pub struct Balance {
     found: Evaluation,
     stance: Stance,
     margins: Margins,
+    rotation: Rotation,
+    /// Forward speed that is passed on, m/s.
+    speed: f32,
     limits: MotionLimits,
     mode: Mode,
     /// How the robot must stop, if it must not move at all.
@@ -83,6 +88,8 @@ impl Balance {
             found: Evaluation::default(),
             stance: Stance::default(),
             margins: Margins::default(),
+            rotation: Rotation::default(),
+            speed: 0.0,
             limits: MotionLimits::default(),
             mode: Mode::default(),
             stop: None,
@@ -117,7 +124,9 @@ impl Balance {
             // The steps to an attitude that is believed are no rates of a margin.
             self.tracker = Tracker::default();
         }
-        self.stance = *stance;
+        (self.stance, self.speed) = (*stance, speed);
+        let rate = attitude.level(sensing.body().angular_rate);
+        self.rotation.update(stance, rate, period);
         let deduction = self.parameters.uncertainty.deduction();
         let kept = kept_shape.map_or(self.found.gravity, |stance| {
             stance.margins().map(|margin| margin - deduction)

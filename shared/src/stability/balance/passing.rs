@@ -1,40 +1,58 @@
 //! Limits an admitted command to what the margins allow.
 
 use super::Balance;
-use crate::math::{max, min, sin_cos};
+use crate::math::{limit, max, min};
 use crate::stability::allowed::{Ahead, Allowed, Command};
 use crate::stability::filter::{Ramp, Verdict};
 use crate::stability::limits::MotionLimits;
 use crate::stability::support::{Edge, NO_EDGE};
 use crate::stability::trip::Mode;
-use crate::stability::{filter, step_behind, stopping};
-use crate::units::Angle;
+use crate::stability::{filter, step_behind};
+
+/// How the robot moves, for [`Balance::filter`].
+#[derive(Clone, Copy, Debug)]
+pub struct Motion {
+    /// Pitch, nose up positive, rad.
+    pub pitch: f32,
+    /// Time of a stop at the configured deceleration, s.
+    pub stopping: f32,
+    /// Scale of a forward speed that a fall over an unseen edge allows, 0 to 1.
+    pub forward_scale: f32,
+}
 
 /// Speed scale of the posture in a supervised override.
 const OVERRIDE_POSTURE: f32 = 0.25;
 
 impl Balance {
     /// Limits an admitted command to what the margins allow. `ahead` is where the posture's motion
-    /// leads within [`Self::horizon`]; `None` while the posture is at rest. `stopping` is the time
-    /// of a stop at the configured deceleration, s.
+    /// leads within [`Self::horizon`]; `None` while the posture is at rest.
     pub fn filter<P>(
         &self,
         command: &Command<P>,
         ahead: Option<&Ahead>,
-        pitch: f32,
-        stopping: f32,
+        motion: Motion,
     ) -> (Allowed, Verdict) {
+        let Motion {
+            pitch,
+            stopping,
+            forward_scale,
+        } = motion;
         let parameters = &self.parameters;
         let bearable = if command.forward < 0.0 {
             self.limits.forward
         } else {
             self.limits.backward
         };
-        // Harder braking is a reserve for the unforeseen.
-        let brake = min(bearable, parameters.acceleration);
+        let brake = min(bearable, parameters.braking);
         let backs_off = matches!(self.mode, Mode::BackingOff(_));
         let horizon = parameters.horizon + stopping * (parameters.acceleration / brake);
-        let mut bounds = parameters.bounds(horizon);
+        let tipping = self.rotation.tipping(
+            &self.stance,
+            &self.found,
+            parameters.uncertainty.deduction(),
+            parameters.gyration,
+        );
+        let mut bounds = parameters.bounds(horizon, tipping);
         if backs_off {
             // The trip itself watches the edge from which the robot backs off.
             bounds.away = Ramp {
@@ -42,33 +60,34 @@ impl Balance {
                 all: -NO_EDGE,
             };
         }
-        bounds.reserve =
-            self.lifted(pitch) * filter::sway(Edge::Back, pitch) * bounds.towards.width();
         // A robot that is about to fall over its rear needs every way out. As driving forward ends,
         // backing and folding begin to pass, whatever may be behind the robot.
-        let kept = bounds.towards.moved(bounds.reserve);
-        let wide = kept.scale(self.margins.now[Edge::Back as usize]);
+        let wide = bounds.towards.scale(self.margins.now[Edge::Back as usize]);
         let (posture_scale, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
             let margins = self.as_now(ahead.stance.margins());
-            let evaluated = filter::posture(pitch, &self.margins, margins, &bounds);
+            let evaluated = filter::posture(&self.margins, margins, &bounds);
             if !ahead.lifts {
                 return evaluated;
             }
             step_behind::within(evaluated, self.room(), 1.0 - wide)
         });
-        let driven = filter::speed_scale(command.speeds(), pitch, &self.margins, &bounds);
-        let (speed_scale, drive) = if backs_off {
-            driven
-        } else {
-            filter::within_limit(
-                driven,
-                command.forward,
-                self.speed_limit(command.forward, wide),
-            )
+        // The scale applies to what the robot can do, not to a larger command.
+        let forward = limit(command.forward, parameters.speed);
+        let asked = Command::new(forward, command.yaw_rate);
+        let driven = filter::speed_scale(asked, pitch, &self.margins, &bounds);
+        let most = match forward {
+            _ if backs_off => (f32::INFINITY, Edge::Back),
+            forward if forward < 0.0 => (self.backward_limit(wide), Edge::Back),
+            forward => (forward * forward_scale, Edge::Front),
         };
+        let (speed_scale, drive) = filter::within_limit(driven, forward, most);
+        // The command may lead away from an edge to which the robot still drives.
+        let present = Command::new(self.speed, command.yaw_rate);
+        let (bearable, _) = filter::speed_scale(present, pitch, &self.margins, &bounds);
         let unhindered = Allowed {
             speed_scale: 1.0,
             stop: self.stop,
+            brakes: false,
             posture: self.stop.is_none(),
             limits: MotionLimits::unlimited(parameters),
         };
@@ -91,6 +110,7 @@ impl Balance {
         let allowed = Allowed {
             speed_scale,
             stop: self.stop,
+            brakes: speed_scale < 1.0 || bearable < 1.0,
             posture: posture_scale > 0.0 && self.stop.is_none(),
             limits: MotionLimits {
                 posture: posture_scale,
@@ -115,18 +135,6 @@ impl Balance {
         })
     }
 
-    /// Returns how much the body counts as lifted, 0 to 1. A lifted body stands on its rear and on
-    /// a front that lifts it, and it sways when either moves. The result rises from 0 to 1 while
-    /// the sine of the body's pitch exceeds that of its support by 0.05 to 0.15. 0 for NaN.
-    fn lifted(&self, pitch: f32) -> f32 {
-        const LIFTED: Ramp = Ramp {
-            none: 0.05,
-            all: 0.15,
-        };
-        let [_, support] = self.stance.along();
-        LIFTED.scale(sin_cos(Angle::from_radians(pitch)).0 - support)
-    }
-
     /// Returns what the robot bears of a fall off a step behind it, as [`step_behind::room`]
     /// defines it, m.
     fn room(&self) -> f32 {
@@ -135,19 +143,10 @@ impl Balance {
         step_behind::room(&self.stance, &parameters.step_behind, deduction)
     }
 
-    /// Returns the largest speed in the direction of a command at which neither an instant stop nor
-    /// a fall off a step behind topples the robot, and the edge that limits it. Backing at crawl
-    /// speed stays free as far as the rear margin is not `wide` (0 to 1).
-    fn speed_limit(&self, forward: f32, wide: f32) -> (f32, Edge) {
-        let deduction = self.parameters.uncertainty.deduction();
-        let (limit, edge) = stopping::speed_limit(&self.stance, &self.found, forward, deduction);
-        if edge == Edge::Front {
-            return (limit, edge);
-        }
+    /// Returns the largest speed at which a fall off a step behind does not topple the robot, m/s.
+    /// Backing at crawl speed stays free as far as the rear margin is not `wide` (0 to 1).
+    fn backward_limit(&self, wide: f32) -> f32 {
         let crawl = (1.0 - wide) * self.parameters.crawl_speed;
-        (
-            min(limit, max(step_behind::speed(self.room()), crawl)),
-            edge,
-        )
+        max(step_behind::speed(self.room()), crawl)
     }
 }

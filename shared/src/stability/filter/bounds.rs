@@ -1,9 +1,9 @@
-//! Defines the margins between which a command is scaled down, and the reserves that the filter
-//! keeps.
+//! Defines the margins between which a command is scaled down, and how the robot turns about the
+//! edges.
 
 use crate::math::clamp;
 use crate::stability::allowed::Command;
-use crate::stability::support::Edge;
+use crate::stability::energy::Tipping;
 
 /// Margins between which the speed scale grows from 0 to 1, m.
 #[derive(Clone, Copy, Debug)]
@@ -20,15 +20,6 @@ impl Ramp {
     pub fn width(self) -> f32 {
         let width = self.all - self.none;
         if width > 1e-3 { width } else { 1e-3 }
-    }
-
-    /// The same ramp at margins that are wider by `reserve`, m.
-    #[must_use]
-    pub fn moved(self, reserve: f32) -> Self {
-        Self {
-            none: self.none + reserve,
-            all: self.all + reserve,
-        }
     }
 
     /// Scale that a margin allows, 0 to 1; 0 for NaN.
@@ -48,8 +39,8 @@ pub struct Bounds {
     pub horizon: f32,
     /// Time ahead at which the shape of a posture motion is predicted, s.
     pub foresight: f32,
-    /// Margin that driving keeps at the rear edge for the sway of a lifted body, m.
-    pub reserve: f32,
+    /// How the robot turns about each edge.
+    pub tipping: [Tipping; 4],
     /// Distance of the driving sides from the middle, m, for a robot that turns by the difference
     /// of their speeds.
     pub half_width: f32,
@@ -66,19 +57,6 @@ impl Bounds {
     pub(super) fn lifts(&self, command: Command<()>, pitch: f32) -> f32 {
         let outer = command.forward + self.half_width * command.yaw_rate.abs();
         scale(outer / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
-    }
-}
-
-/// Pitch from which the caution band is moved up by its whole width, rad.
-const STEEP: f32 = 0.5;
-
-/// Distance by which the caution band moves up to allow for sway, as a fraction of its width. At
-/// the rear edge it grows with pitch up, at the front edge with pitch down. NaN for NaN.
-pub fn sway(edge: Edge, pitch: f32) -> f32 {
-    match edge {
-        Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),
-        Edge::Front => clamp(-pitch / STEEP, 0.0, 1.0),
-        Edge::Left | Edge::Right => 0.0,
     }
 }
 

@@ -1,15 +1,17 @@
-//! Scales a command down, between the operator's value and zero, so that the decay of every margin
-//! stays within bounds (a control-barrier filter). It never adds motion of its own.
+//! Scales a command down, between the operator's value and zero, so that the energy that is left
+//! before the robot tips over an edge stays positive by a margin. It never adds motion of its own.
 //!
-//! The barrier is `m - m_stop` for the margin `m` of each edge. With the scale `s` of the commanded
-//! speed `u`, the margin decays with `dm/dt = r_0 + k s u`: `k u` is the part of the measured rate
-//! that the command causes, `r_0` the rest. Within the stopping horizon `T` (the time until a stop
-//! begins, and the time that it takes) this must hold:
+//! With the scale `s` of the commanded speed `u`, the margin `m` of an edge decays with
+//! `dm/dt = r_0 + k s u`: `k u` is the part of the measured rate that the command causes, `r_0` the
+//! rest. After the horizon `T` (the time until the guard's stop begins, and the time that it takes)
+//! the robot has the margin `m + T dm/dt`, turns about the edge as it does now, and is stopped at
+//! once. The largest `s` passes with which
 //!
-//! `dm/dt >= -gamma (m - m_stop - s w)`, `gamma = 1/T`,
+//! `M(m + (r_0 + k s u) T, s u) >= m_stop + s w`,
 //!
-//! where `w` is the caution band `m_caution - m_stop`: the more of a command passes, the earlier a
-//! margin counts as used up. Hence `s = (m - m_stop + r_0 T) / (w + |k u| T)`, limited to 0 to 1.
+//! where `M` is the margin in terms of energy ([`super::energy::Tipping::margin`]) and `w` the
+//! caution band `m_caution - m_stop`: the more of a command passes, the earlier a margin counts as
+//! used up. This is a control barrier with the guard's stop as its backup.
 //!
 //! All four edges are watched in every motion. A motion that leads away from an edge has no caution
 //! band there. Example: a robot that is pitched up at the nose of a step backs down. Its front
@@ -28,7 +30,7 @@ mod speed;
 
 pub use super::tracker::{Margins, Tracker};
 pub use super::verdict::Verdict;
-pub use bounds::{Bounds, Ramp, sway};
+pub use bounds::{Bounds, Ramp};
 pub(super) use posture::SMALLEST_SHARE;
 pub use posture::posture;
 pub use speed::{speed_scale, within_limit};

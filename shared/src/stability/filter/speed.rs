@@ -2,13 +2,15 @@
 
 use super::bounds::{Bounds, Ramp, scale};
 use super::{Margins, Verdict};
-use crate::math::min;
+use crate::math::{max, min};
 use crate::stability::allowed::Command;
 use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
 /// of the rate is noise.
 const ATTRIBUTION_SPEED: f32 = 0.02;
+/// Bisections in the search for a scale, before a linear interpolation.
+const BISECTIONS: usize = 4;
 
 /// Whether a command with this forward speed, at this pitch, can use up the margin to an edge by
 /// itself.
@@ -21,8 +23,7 @@ const ATTRIBUTION_SPEED: f32 = 0.02;
 /// * Left and right edge: every motion.
 ///
 /// Other motions lead away from the edge. They can still use up its margin when the ground ends or
-/// when they stop; the decay of the margin and the speed limit of [`crate::stability::stopping`]
-/// cover these cases. At a NaN pitch a motion leads to every edge, except to the rear edge at
+/// when they stop; the decay of the margin and the energy of a stop cover these cases. At a NaN pitch a motion leads to every edge, except to the rear edge at
 /// forward speed zero.
 fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
     match edge {
@@ -36,8 +37,7 @@ fn leads_to(edge: Edge, forward: f32, pitch: f32) -> bool {
 /// Scale of the commanded speed, 0 to 1, and the verdict. Refuses a command that is not finite.
 ///
 /// If the robot is pitched up at the nose of a step and turns, an outer side that drives forward
-/// lifts the front further. Then the rear edge counts as in driving forward ([`Bounds::lifts`]). A
-/// lifted body keeps [`Bounds::reserve`] at the rear edge.
+/// lifts the front further. Then the rear edge counts as in driving forward ([`Bounds::lifts`]).
 pub fn speed_scale(
     command: Command<()>,
     pitch: f32,
@@ -51,13 +51,7 @@ pub fn speed_scale(
     let lifts = bounds.lifts(command, pitch);
     let (mut scale, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
-        let index = edge as usize;
-        let (towards, lifts) = if edge == Edge::Back {
-            (bounds.towards.moved(bounds.reserve), lifts)
-        } else {
-            (bounds.towards, 0.0)
-        };
-        let kept = || passable(forward, index, margins, towards, bounds.horizon);
+        let kept = || passable(forward, edge, margins, bounds.towards, bounds);
         let remaining = if leads_to(edge, forward, pitch) {
             kept()
         } else {
@@ -65,9 +59,9 @@ pub fn speed_scale(
                 none: bounds.away.none,
                 all: bounds.away.none,
             };
-            let slow = bounds.away.scale(margins.now[index]);
-            let away = min(slow, passable(forward, index, margins, end, bounds.horizon));
-            if lifts > 0.0 {
+            let slow = bounds.away.scale(margins.now[edge as usize]);
+            let away = min(slow, passable(forward, edge, margins, end, bounds));
+            if lifts > 0.0 && edge == Edge::Back {
                 min(away, 1.0 - lifts * (1.0 - kept()))
             } else {
                 away
@@ -104,10 +98,14 @@ pub fn within_limit(
     }
 }
 
-/// Scale that one edge allows, always 0 to 1.
-fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: f32) -> f32 {
+/// Scale that one edge allows, always 0 to 1: the largest with which the margin in terms of energy
+/// ([`Tipping::margin`]) stays above the ramp.
+///
+/// [`Tipping::margin`]: crate::stability::energy::Tipping::margin
+fn passable(forward: f32, edge: Edge, margins: &Margins, ramp: Ramp, bounds: &Bounds) -> f32 {
+    let (now, rate) = (margins.now[edge as usize], margins.rate[edge as usize]);
     // The growth of a margin does not count.
-    let rate = min(margins.rate[index], 0.0);
+    let rate = min(rate, 0.0);
     // Speed in the direction of the command.
     let along = if forward < 0.0 {
         -margins.speed
@@ -119,14 +117,42 @@ fn passable(forward: f32, index: usize, margins: &Margins, ramp: Ramp, horizon: 
     // `k`.
     let per_speed = -rate * along / (along * along + ATTRIBUTION_SPEED * ATTRIBUTION_SPEED);
     let rest = rate + per_speed * along;
-    let room = margins.now[index] - ramp.none + rest * horizon;
-    scale(room / (ramp.width() + per_speed * forward.abs() * horizon))
+    let toward = match edge {
+        Edge::Back => max(-forward, 0.0),
+        Edge::Front => max(forward, 0.0),
+        Edge::Left | Edge::Right => 0.0,
+    };
+    // Energy that is left with this scale, above what the scale requires, as a margin, m.
+    let spare = |scale: f32| {
+        let decay = (rest - scale * per_speed * forward.abs()) * bounds.horizon;
+        let left = bounds.tipping[edge as usize].margin(now + decay, scale * toward);
+        left - ramp.none - scale * ramp.width()
+    };
+    let (mut low, mut high) = ((0.0, spare(0.0)), (1.0, spare(1.0)));
+    // The comparisons are false for NaN.
+    if high.1 >= 0.0 {
+        return 1.0;
+    }
+    if !(low.1 > 0.0) {
+        return 0.0;
+    }
+    for _ in 0..BISECTIONS {
+        let middle = 0.5 * (low.0 + high.0);
+        let found = (middle, spare(middle));
+        if found.1 > 0.0 {
+            low = found;
+        } else {
+            high = found;
+        }
+    }
+    scale(low.0 + (high.0 - low.0) * low.1 / (low.1 - high.1))
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::examples::{BOUNDS, standing};
+    use super::super::examples::{BOUNDS, STILL, standing};
     use super::*;
+    use crate::stability::energy::Tipping;
 
     fn along(forward: f32) -> Command<()> {
         Command::new(forward, 0.0)
@@ -401,23 +427,60 @@ mod tests {
         assert!((before - 0.125).abs() < 1e-5, "{before}");
     }
 
-    /// 100 mm are beyond the caution band, which ends at 90 mm. With a reserve of 40 mm they are
-    /// 10 mm inside this band of 40 mm. The front edge has no reserve.
+    /// A robot with its centre of gravity 0.2 m above the rear edge backs on level ground. The scale
+    /// is the largest, in steps of 0.001, with which an instant stop leaves the margin of the ramp.
+    /// The energies are those of a point mass, in double precision.
     #[test]
-    fn a_reserve_is_kept_at_the_rear_edge_while_driving() {
-        let reserved = Bounds {
-            reserve: 0.04,
-            ..BOUNDS
+    fn an_instant_stop_from_what_passes_leaves_the_margin_of_the_ramp() {
+        let height = 0.2_f64;
+        let mut bounds = BOUNDS;
+        bounds.tipping[Edge::Back as usize] = Tipping {
+            height: height as f32,
+            arm: height as f32,
+            ..STILL
         };
-        let scale =
-            |pitch: f32, bounds: &Bounds| speed_scale(along(0.2), pitch, &standing(0.1), bounds).0;
-        assert_eq!(scale(0.9, &BOUNDS), 1.0);
-        assert!((scale(0.9, &reserved) - 0.25).abs() < 1e-5);
-        let mut front = standing(0.3);
-        front.now[Edge::Front as usize] = 0.07;
-        for bounds in [&BOUNDS, &reserved] {
-            let (scale, _) = speed_scale(along(0.2), -0.5, &front, bounds);
-            assert!((scale - 0.5).abs() < 1e-5);
+        let rise = |margin: f64| margin.hypot(height) - height;
+        for (margin, asked) in [(0.1_f64, 0.9), (0.12, 0.9), (0.2, 2.0)] {
+            let (scale, verdict) =
+                speed_scale(along(-asked as f32), 0.0, &standing(margin as f32), &bounds);
+            assert_eq!(verdict, Verdict::Scaled(Edge::Back));
+            let keeps = |scale: f64| {
+                let rate = scale * asked * height / margin.hypot(height).powi(2);
+                let energy = margin.hypot(height).powi(2) * rate * rate / (2.0 * 9.81);
+                rise(margin) - energy >= rise(0.05 + 0.04 * scale)
+            };
+            let most = (0..=1_000)
+                .rev()
+                .map(|step| f64::from(step) * 1e-3)
+                .find(|scale| keeps(*scale))
+                .expect("at rest it keeps the margin");
+            assert!(
+                (f64::from(scale) - most).abs() < 5e-3,
+                "{margin}: {scale} {most}"
+            );
+        }
+    }
+
+    /// At rest everything passes. At 3 rad/s the robot has more energy of rotation than it takes to
+    /// tip it over.
+    #[test]
+    fn a_robot_that_rotates_toward_an_edge_has_less_left() {
+        for edge in EDGES {
+            let scale = |rate: f32| {
+                let mut bounds = BOUNDS;
+                bounds.tipping[edge as usize] = Tipping {
+                    height: 0.25,
+                    rate,
+                    gyration: 0.05,
+                    ..STILL
+                };
+                let mut margins = standing(0.3);
+                margins.now = [0.3; 4];
+                margins.now[edge as usize] = 0.12;
+                speed_scale(along(0.01), 0.1, &margins, &bounds).0
+            };
+            assert_eq!((scale(0.0), scale(-2.0)), (1.0, 1.0), "{edge:?}");
+            assert_eq!((scale(0.7), scale(3.0)), (1.0, 0.0), "{edge:?}");
         }
     }
 

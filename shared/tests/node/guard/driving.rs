@@ -93,7 +93,8 @@ fn a_command_beyond_the_speed_limit_is_the_limit() {
     let outputs = bench.run(3_000);
     // The yaw rate that holds the heading takes a little of the speed. Each belt stays within the
     // limit.
-    assert!((420..=450).contains(&outputs.passed.passed_speed));
+    let passed = outputs.passed.passed_speed;
+    assert!((420..=450).contains(&passed), "{outputs:?}");
     for speed in bench.track_speeds() {
         // 0.45 m/s on a pulley with a radius of 0.05 m.
         assert!(speed <= 9_000_000, "{speed}");

@@ -36,6 +36,7 @@ impl Body for Cart {
 
     const STAGES: &'static [&'static str] = &["enabling"];
     const ODOMETRY: &'static [usize] = &[0, 1];
+    const GYRATION: f32 = 0.02;
 
     fn new(settings: &Settings) -> Result<Self, Infallible> {
         let gauge = settings.si(Setting::TrackGauge);
