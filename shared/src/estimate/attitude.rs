@@ -234,7 +234,12 @@ impl Attitude {
 
     /// Whether the first readings still change the estimate by more than an armed robot bears.
     pub fn settling(&self) -> bool {
-        self.known() && self.running < ARMABLE
+        self.known() && !self.armable()
+    }
+
+    /// Whether the estimate is good enough for a robot to be armed.
+    pub fn armable(&self) -> bool {
+        self.running >= ARMABLE
     }
 
     /// Pitch, nose up positive.

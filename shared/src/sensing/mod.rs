@@ -111,11 +111,16 @@ impl Sensing {
     }
 
     /// Learns the constant errors of the sensors, `period` s after the previous call, while the
-    /// robot does not roll (`stands`). Returns pitch and roll, rad, when they are learned for the first
-    /// time.
-    pub fn learn(&mut self, stands: bool, period: f32) -> Option<[f32; 2]> {
+    /// robot does not roll (`stands`). From the first time on that the robot may be armed
+    /// (`armable`), errors that are not learned yet count as the worst ones. Returns pitch and
+    /// roll, rad, when the errors are learned for the first time.
+    pub fn learn(&mut self, stands: bool, armable: bool, period: f32) -> Option<[f32; 2]> {
         let believed = self.gravity.worst().or(self.watch.own_trust()) == Trust::Full;
-        self.rest.advance(stands && believed, period)
+        let level = self.rest.advance(stands && believed, period);
+        if armable {
+            self.rest.assume_worst();
+        }
+        level
     }
 
     /// Returns the constant errors of the sensors.

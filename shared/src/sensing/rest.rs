@@ -2,13 +2,14 @@
 //!
 //! A gyroscope that warms up from -25 to 20 degrees C reads several degrees/s at rest. The robot
 //! rests while no track or wheel turns and no mean of inclinometer, accelerometer and gyroscope over
-//! [`WINDOW`] differs from that at the beginning of the rest. Then the gyroscope's mean is its
-//! constant error. A rotation that the inclinometer does not show can be part of it: that of
-//! [`ROTATION`] in the time of the rest. A rotation about the vertical is never shown. So a rest
-//! teaches nothing if it changes the error by more than that can have changed since the rest before.
+//! [`WINDOW`] differs from that at the beginning of the rest, but for the noise that the readings
+//! show. Then the gyroscope's mean is its constant error. A rotation that the inclinometer does not
+//! show can be part of it: that of [`ROTATION`] and the noise, in the time of the rest. A rotation
+//! about the vertical is never shown. So a rest teaches nothing if it changes the error by more than
+//! that can have changed since the rest before.
 
 use crate::constants::GRAVITY;
-use crate::math::{max, min, sin_cos};
+use crate::math::{max, sin_cos, sqrt};
 use crate::sensors::BodySensors;
 use crate::units::Angle;
 
@@ -23,40 +24,125 @@ const DRIFT: f32 = 2.9e-5;
 /// which the guard disbelieves the sensors.
 const FORCE_BOUND: f32 = 0.15 * GRAVITY;
 
-/// Time over which readings are averaged, s.
-const WINDOW: f32 = 0.5;
+/// Time over which readings are averaged, s. Two of them are shorter than the time in which the
+/// attitude settles.
+const WINDOW: f32 = 0.2;
 /// Number of windows after which a rest begins anew, so that a robot that stands for hours learns
 /// the drift.
-const LONGEST: f32 = 20.0;
+const LONGEST: f32 = 50.0;
 /// Largest changes of the means in a rest. Inclination: 0.1 degree, in rad. Specific force: 0.3
 /// degree of tilt, in m/s^2. Angular rate: 0.25 degree/s, in rad/s.
 const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
-/// Time after the start in which the first rest is expected, s.
-const PATIENCE: f32 = 10.0;
+/// Standard deviations of the noise that are allowed on top.
+const SIGMAS: f32 = 3.0;
 
-/// Means of inclination, specific force and angular rate, in this order.
-type Means = ([f32; 2], [f32; 3], [f32; 3]);
+/// Readings of one sensor in a window.
+#[derive(Clone, Debug)]
+struct Readings<const N: usize> {
+    count: f32,
+    sum: [f32; N],
+    newest: [f32; N],
+    /// Sum of the squares of the differences of successive readings.
+    squares: [f32; N],
+}
+
+/// Mean of such readings, and the variance of the mean by their noise.
+#[derive(Clone, Copy, Debug)]
+struct Mean<const N: usize> {
+    value: [f32; N],
+    variance: [f32; N],
+}
+
+/// Means of inclination, specific force and angular rate.
+#[derive(Clone, Copy, Debug)]
+struct Means {
+    inclination: Mean<2>,
+    force: Mean<3>,
+    rate: Mean<3>,
+}
 
 /// Constant errors of gyroscope and accelerometer, as far as they are known.
 #[derive(Clone, Debug, Default)]
 pub struct Rest {
-    sums: Means,
-    counts: [f32; 3],
-    /// Time since the start of the window, and since the start of the guard, s.
+    inclinations: Readings<2>,
+    forces: Readings<3>,
+    rates: Readings<3>,
+    /// Time since the start of the window, s.
     time: f32,
-    running: f32,
     /// Means of the first window of this rest, and number of its windows.
     first: Option<Means>,
     windows: f32,
     /// Sum of the mean angular rates of this rest, rad/s.
-    rates: [f32; 3],
+    rate_sum: [f32; 3],
+    learned: bool,
     rate: [f32; 3],
     force: [f32; 3],
     /// Uncertainty of the rate when it was learned, rad/s, and the time since, s.
-    uncertainty: Option<f32>,
+    uncertainty: f32,
     age: f32,
+}
+
+impl<const N: usize> Default for Readings<N> {
+    fn default() -> Self {
+        Self {
+            count: 0.0,
+            sum: [0.0; N],
+            newest: [0.0; N],
+            squares: [0.0; N],
+        }
+    }
+}
+
+impl<const N: usize> Readings<N> {
+    #[inline]
+    fn receive(&mut self, values: [f32; N], fresh: bool) {
+        if !fresh {
+            return;
+        }
+        for (axis, value) in values.into_iter().enumerate() {
+            let change = value - self.newest[axis];
+            if self.count > 0.0 {
+                self.squares[axis] += change * change;
+            }
+            self.newest[axis] = value;
+            self.sum[axis] += value;
+        }
+        self.count += 1.0;
+    }
+
+    /// Begins a new window. Returns the mean of the last one if it had two readings.
+    fn take(&mut self) -> Option<Mean<N>> {
+        let Self {
+            count,
+            sum,
+            squares,
+            ..
+        } = core::mem::take(self);
+        // Half the mean square of the differences is the variance of a reading.
+        let per_mean = 0.5 / ((count - 1.0) * count);
+        (count > 1.0).then(|| Mean {
+            value: sum.map(|sum| sum / count),
+            variance: squares.map(|squares| squares * per_mean),
+        })
+    }
+}
+
+impl<const N: usize> Mean<N> {
+    /// Whether no axis has changed by more than `bound` and the noise. False for NaN.
+    fn steady(&self, now: &Self, bound: f32) -> bool {
+        (0..N).all(|axis| {
+            let excess = max((now.value[axis] - self.value[axis]).abs() - bound, 0.0);
+            let variance = self.variance[axis] + now.variance[axis];
+            excess * excess <= SIGMAS * SIGMAS * variance
+        })
+    }
+
+    /// Largest error of the mean by its noise.
+    fn noise(&self) -> f32 {
+        SIGMAS * sqrt(self.variance.into_iter().fold(0.0, max))
+    }
 }
 
 impl Rest {
@@ -64,33 +150,18 @@ impl Rest {
     #[inline]
     pub fn receive(&mut self, sensors: &BodySensors) {
         let fresh = sensors.fresh;
-        let [inclinations, forces, rates] = &mut self.counts;
-        sum(
-            &mut self.sums.0,
-            inclinations,
-            sensors.inclination,
-            fresh.inclinometer,
-        );
-        sum(
-            &mut self.sums.1,
-            forces,
-            sensors.specific_force,
-            fresh.accelerometer,
-        );
-        sum(
-            &mut self.sums.2,
-            rates,
-            sensors.angular_rate,
-            fresh.gyroscope,
-        );
+        self.inclinations
+            .receive(sensors.inclination, fresh.inclinometer);
+        self.forces
+            .receive(sensors.specific_force, fresh.accelerometer);
+        self.rates.receive(sensors.angular_rate, fresh.gyroscope);
     }
 
-    /// Learns the errors, once per evaluation, `period` s after the previous one. `rests`: no
-    /// track or wheel turns, and every sensor is believed by itself. Returns the inclination, rad, when the errors
-    /// are learned for the first time.
+    /// Learns the errors, once per evaluation, `period` s after the previous one. `rests`: no track
+    /// or wheel turns, and every sensor is believed by itself. Returns the inclination, rad, when
+    /// the errors are learned for the first time.
     pub fn advance(&mut self, rests: bool, period: f32) -> Option<[f32; 2]> {
         self.age += period;
-        self.running = min(self.running + period, PATIENCE);
         self.time += period;
         if rests && self.time < WINDOW {
             return None;
@@ -100,55 +171,71 @@ impl Rest {
             self.begin(means);
             return None;
         };
-        if !steady(&first, &means) || self.windows >= LONGEST {
+        if !first.steady(&means) || self.windows >= LONGEST {
             self.begin(Some(means));
             return None;
         }
         self.windows += 1.0;
-        add(&mut self.rates, means.2);
-        self.learn(&means)
+        for (sum, value) in self.rate_sum.iter_mut().zip(means.rate.value) {
+            *sum += value;
+        }
+        self.learn(&first, &means)
+    }
+
+    /// Takes the uncertainty of a gyroscope that nobody knows, unless the errors are learned.
+    pub fn assume_worst(&mut self) {
+        if !self.learned {
+            (self.uncertainty, self.age) = (RATE_BOUND, 0.0);
+        }
     }
 
     fn begin(&mut self, means: Option<Means>) {
         self.first = means;
         self.windows = 1.0;
-        self.rates = means.map_or([0.0; 3], |(_, _, rate)| rate);
+        self.rate_sum = means.map_or([0.0; 3], |means| means.rate.value);
     }
 
-    fn learn(&mut self, (inclination, force, _): &Means) -> Option<[f32; 2]> {
-        let uncertainty = ROTATION / (WINDOW * (self.windows - 1.0));
-        let known = self.uncertainty.is_some();
-        let bound = self.rate_uncertainty();
-        let rate = self.rates.map(|sum| sum / self.windows);
+    fn learn(&mut self, first: &Means, means: &Means) -> Option<[f32; 2]> {
+        let rotation = ROTATION + first.inclination.noise() + means.inclination.noise();
+        let uncertainty =
+            rotation / (WINDOW * (self.windows - 1.0)) + means.rate.noise() / sqrt(self.windows);
+        let known = self.learned;
+        let bound = if known {
+            self.rate_uncertainty()
+        } else {
+            RATE_BOUND
+        };
+        let rate = self.rate_sum.map(|sum| sum / self.windows);
         let mut pairs = rate.iter().zip(self.rate);
         let agrees = pairs.all(|(now, before)| (now - before).abs() <= bound + uncertainty);
-        if known && !(agrees && uncertainty < bound) {
+        if !(uncertainty < bound) || known && !agrees {
             return None;
         }
-        (self.rate, self.uncertainty, self.age) = (rate, Some(uncertainty), 0.0);
+        (self.rate, self.uncertainty, self.age) = (rate, uncertainty, 0.0);
+        self.learned = true;
         if known {
             return None;
         }
+        let inclination = means.inclination.value;
         let [pitch, roll] = inclination.map(|angle| sin_cos(Angle::from_radians(angle)));
         let up = [pitch.0 * roll.1, roll.0, pitch.1 * roll.1];
+        let force = means.force.value;
         let error: [f32; 3] = core::array::from_fn(|axis| force[axis] - up[axis] * GRAVITY);
         // A larger difference is a fault, which the comparison of the sensors finds.
         if error.iter().all(|error| error.abs() <= FORCE_BOUND) {
             self.force = error;
         }
-        Some(*inclination)
+        Some(inclination)
     }
 
     fn take_means(&mut self) -> Option<Means> {
-        let (inclination, force, rate) = core::mem::take(&mut self.sums);
-        let [inclinations, forces, rates] = core::mem::take(&mut self.counts);
         self.time = 0.0;
-        (inclinations > 0.0 && forces > 0.0 && rates > 0.0).then(|| {
-            (
-                inclination.map(|sum| sum / inclinations),
-                force.map(|sum| sum / forces),
-                rate.map(|sum| sum / rates),
-            )
+        let inclination = self.inclinations.take();
+        let (force, rate) = (self.forces.take(), self.rates.take());
+        Some(Means {
+            inclination: inclination?,
+            force: force?,
+            rate: rate?,
         })
     }
 
@@ -162,11 +249,10 @@ impl Rest {
         self.force
     }
 
-    /// Largest rate by which the gyroscope may be wrong without its constant error, rad/s. Before
-    /// that is learned, which the robot is not armed without, it is 0.
+    /// Largest rate by which the gyroscope may be wrong without its constant error, rad/s. It is 0
+    /// until the error is learned or [`Self::assume_worst`] is called.
     pub fn rate_uncertainty(&self) -> f32 {
-        self.uncertainty
-            .map_or(0.0, |learned| learned + DRIFT * self.age)
+        self.uncertainty + DRIFT * self.age
     }
 
     /// Largest constant error of an axis of the gyroscope, rad/s; 0 before it is learned.
@@ -175,38 +261,17 @@ impl Rest {
         max(x, max(y, z))
     }
 
-    /// Whether the errors are not known yet, soon after the start.
+    /// Whether the errors are neither learned nor taken for the worst ones.
     pub fn expected(&self) -> bool {
-        self.uncertainty.is_none() && self.running < PATIENCE
-    }
-
-    /// Whether the errors are not known although the guard has run for long.
-    pub fn missed(&self) -> bool {
-        self.uncertainty.is_none() && !self.expected()
+        !self.learned && !(self.uncertainty > 0.0)
     }
 }
 
-#[inline]
-fn sum<const N: usize>(sums: &mut [f32; N], count: &mut f32, values: [f32; N], fresh: bool) {
-    if fresh {
-        add(sums, values);
-        *count += 1.0;
+impl Means {
+    /// Whether no mean has changed by more than its bound and the noise.
+    fn steady(&self, now: &Self) -> bool {
+        self.inclination.steady(&now.inclination, ROTATION)
+            && self.force.steady(&now.force, FORCE)
+            && self.rate.steady(&now.rate, RATE)
     }
-}
-
-fn add<const N: usize>(sums: &mut [f32; N], values: [f32; N]) {
-    for (sum, value) in sums.iter_mut().zip(values) {
-        *sum += value;
-    }
-}
-
-/// Whether no mean has changed by more than its bound. The comparisons are false for NaN.
-fn steady(first: &Means, means: &Means) -> bool {
-    let within = |before: &[f32], now: &[f32], bound: f32| {
-        let mut pairs = before.iter().zip(now);
-        pairs.all(|(before, now)| (now - before).abs() < bound)
-    };
-    within(&first.0, &means.0, ROTATION)
-        && within(&first.1, &means.1, FORCE)
-        && within(&first.2, &means.2, RATE)
 }

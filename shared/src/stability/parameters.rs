@@ -150,9 +150,6 @@ pub enum Refusal {
     },
     /// The guard has refused some of its settings in flash, or their save was interrupted.
     Settings,
-    /// The robot has not rested since the guard started, so that the gyroscope's constant error is
-    /// not known.
-    NotAtRest,
     /// The gyroscope reads too much while the robot rests.
     RateAtRest {
         /// Largest reading of an axis, rad/s.
@@ -178,8 +175,7 @@ impl Refusal {
             Self::Margin { .. } => 10,
             Self::OffLevel { .. } => 11,
             Self::Settings => 12,
-            Self::NotAtRest => 13,
-            Self::RateAtRest { .. } => 14,
+            Self::RateAtRest { .. } => 13,
         }
     }
 }

@@ -88,15 +88,15 @@ fn near(found: [f32; 3], expected: [f32; 3], bound: f32) -> bool {
 }
 
 #[test]
-fn a_second_of_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
+fn the_first_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
     for sign in [-1.0, 1.0] {
         for pitch in [0.0, 0.7, -0.3] {
             let rate_error = [4.0 * sign, -4.0 * sign, 4.0];
             let mut robot = Robot::new(rate_error);
             robot.force_error = [0.98 * sign, 0.98, -0.98 * sign];
-            assert!(robot.run(0.9, true, &|_| (pitch, 0.0)).is_none());
-            assert!(robot.rest.expected() && !robot.rest.missed());
-            let level = robot.run(0.2, true, &|_| (pitch, 0.0)).expect("a rest");
+            assert!(robot.run(0.38, true, &|_| (pitch, 0.0)).is_none());
+            assert!(robot.rest.expected());
+            let level = robot.run(0.03, true, &|_| (pitch, 0.0)).expect("a rest");
             assert!((f64::from(level[0]) - pitch).abs() < 1e-3, "{level:?}");
             assert!(
                 near(robot.learned(), rate_error, 0.05),
@@ -110,26 +110,39 @@ fn a_second_of_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
     }
 }
 
-/// The inclinometer shows 0.5 degree in half a second, or a rocking by one degree.
+/// Rocking by a degree, and the slow turn of a robot that is carried. What is learned is wrong by no
+/// more than the uncertainty, which a noise of the readings adds to.
 #[test]
-fn a_robot_that_turns_or_rocks_slowly_teaches_nothing() {
+fn a_robot_that_turns_or_rocks_slowly_teaches_no_more_than_the_uncertainty() {
     let rocking = |hertz: f64| move |time: f64| (0.0175 * libm::sin(6.283 * hertz * time), 0.0);
-    let motions: [Motion; 5] = [
+    let motions: [Motion; 6] = [
         &|time| (1.0_f64.to_radians() * time, 0.0),
         &|time| (-1.0_f64.to_radians() * time, 0.0),
+        &|time| (0.4_f64.to_radians() * time, 0.0),
         &rocking(0.1),
         &rocking(0.3),
         &rocking(0.7),
     ];
     for (number, motion) in motions.into_iter().enumerate() {
-        let mut robot = Robot::new([0.0; 3]);
-        robot.run(20.0, true, motion);
-        let taught = robot.learned();
-        assert!(near(taught, [0.0; 3], 0.2), "motion {number}: {taught:?}");
+        for noise in [0.1, 1.0, 3.0] {
+            let mut robot = Robot::new([0.0; 3]);
+            robot.noise = noise;
+            for _ in 0..5_000 {
+                robot.run(4e-3, true, motion);
+                let taught = robot.learned();
+                let bound = robot.rest.rate_uncertainty().to_degrees();
+                assert!(
+                    near(taught, [0.0; 3], bound),
+                    "{number} {noise}: {taught:?} {bound}"
+                );
+            }
+        }
     }
     let mut turning = Robot::new([0.0; 3]);
     assert!(turning.run(20.0, true, motions[0]).is_none());
-    assert!(turning.rest.missed());
+    turning.rest.assume_worst();
+    let bound = turning.rest.rate_uncertainty().to_degrees();
+    assert!((bound - 6.0).abs() < 0.1, "{bound}");
 }
 
 /// No inclinometer shows a turn about the vertical.
@@ -148,25 +161,23 @@ fn a_rest_that_changes_the_error_by_more_than_it_can_drift_teaches_nothing() {
     assert!(near(taught, [1.0, -2.0, 3.1], 0.02), "{taught:?}");
 }
 
-/// 0.1 degree/s in a minute, from 0.2 degree/s after a second of rest.
+/// 0.1 degree in 0.2 s is 0.5 degree/s; in 0.8 s it is 0.125 degree/s. The readings of the test have
+/// a noise of 1.5 mrad: 0.1 mrad in the mean of 200. The error grows by 0.1 degree/s in a minute.
 #[test]
 fn the_uncertainty_falls_with_the_rest_and_grows_after_it() {
     let uncertainty = |robot: &Robot| robot.rest.rate_uncertainty().to_degrees();
     let mut robot = Robot::new([0.0; 3]);
-    robot.run(1.1, true, STANDING);
-    assert!(
-        (uncertainty(&robot) - 0.2).abs() < 0.01,
-        "{}",
-        uncertainty(&robot)
-    );
+    robot.run(0.41, true, STANDING);
+    let first = uncertainty(&robot);
+    assert!((0.6..0.8).contains(&first), "{first}");
+    robot.run(0.6, true, STANDING);
+    let second = uncertainty(&robot);
+    assert!((0.15..0.25).contains(&second), "{second}");
     robot.run(60.0, false, STANDING);
-    assert!(
-        (uncertainty(&robot) - 0.3).abs() < 0.02,
-        "{}",
-        uncertainty(&robot)
-    );
+    let grown = uncertainty(&robot) - second;
+    assert!((grown - 0.1).abs() < 0.01, "{grown}");
     robot.run(6.0, true, STANDING);
-    assert!(uncertainty(&robot) < 0.05, "{}", uncertainty(&robot));
+    assert!(uncertainty(&robot) < 0.1, "{}", uncertainty(&robot));
 }
 
 /// The gyroscope warms up while the robot stands: each rest follows it.
@@ -181,18 +192,21 @@ fn a_robot_that_stands_for_long_follows_the_drift() {
     assert!(near(taught, [3.2, 0.0, 0.0], 0.05), "{taught:?}");
 }
 
-/// Ten times the usual noise, and three times.
+/// Each of many robots with three and ten times the usual noise learns in its first second, and is
+/// wrong by no more than its uncertainty.
 #[test]
-fn a_noisy_robot_at_rest_is_learned_within_the_time_that_the_start_waits() {
+fn a_noisy_robot_at_rest_is_learned_less_precisely() {
     for noise in [3.0, 10.0] {
-        let mut robot = Robot::new([4.0, -4.0, 4.0]);
-        robot.noise = noise;
-        robot.run(9.9, true, STANDING);
-        assert!(
-            near(robot.learned(), [4.0, -4.0, 4.0], 0.15),
-            "{noise}: {:?}",
-            robot.learned()
-        );
+        for seed in 1..200 {
+            let mut robot = Robot::new([4.0, -4.0, 4.0]);
+            (robot.noise, robot.seed) = (noise, seed * 7_919);
+            let learned = robot.run(1.01, true, STANDING);
+            assert!(learned.is_some(), "{noise} {seed}");
+            let bound = robot.rest.rate_uncertainty().to_degrees();
+            assert!((0.3..6.0).contains(&bound), "{noise} {seed}: {bound}");
+            let taught = robot.learned();
+            assert!(near(taught, [4.0, -4.0, 4.0], bound), "{taught:?} {bound}");
+        }
     }
 }
 
@@ -202,6 +216,6 @@ fn a_force_that_is_far_from_gravity_is_not_learned() {
     let mut robot = Robot::new([0.0; 3]);
     robot.force_error = [0.34 * GRAVITY, 0.0, 0.0];
     robot.run(3.0, true, STANDING);
-    assert!(!robot.rest.expected() && !robot.rest.missed());
+    assert!(!robot.rest.expected());
     assert!(near(robot.rest.force(), [0.0; 3], 0.0));
 }

@@ -87,7 +87,7 @@ impl<B: Body> Guard<B> {
             arms: arms && refusal.is_none(),
             refused: refused.is_some(),
             open: self.gate == Gate::Open,
-            settling: self.attitude.settling() || self.sensing.rest().expected(),
+            settling: self.attitude.settling(),
         };
         let drives = self.drives.states();
         self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);

@@ -50,9 +50,8 @@ pub struct Balance {
     filter_active: bool,
     settings_doubted: bool,
     trust: Trust,
-    /// Constant error of the gyroscope, rad/s, and whether it is still not known.
+    /// Constant error of the gyroscope, rad/s.
     rate_at_rest: f32,
-    unrested: bool,
     criterion: Criterion,
     bands: Bands,
     trip: Trip,
@@ -79,7 +78,6 @@ impl Balance {
             settings_doubted: false,
             trust: Trust::None(Reason::Silent),
             rate_at_rest: 0.0,
-            unrested: false,
             criterion: Criterion::default(),
             bands: Bands::default(),
             trip: Trip::default(),
@@ -111,7 +109,6 @@ impl Balance {
         let tilt = sensing.uncertain_tilt(attitude.memory());
         self.parameters.uncertainty.attitude = tilt * stance.height();
         self.rate_at_rest = sensing.rest().largest_rate();
-        self.unrested = sensing.rest().missed();
         let force = sensing.level_force(&attitude.level_axes(), period);
         self.found = self
             .criterion
@@ -122,7 +119,7 @@ impl Balance {
         }
         if matches!(self.trust, Trust::None(_)) || !attitude.settled() {
             // The steps to an attitude that is believed are no rates of a margin.
-            self.tracker = Tracker::default();
+            self.forget_rates();
         }
         (self.stance, self.speed) = (*stance, speed);
         let rate = attitude.level(sensing.body().angular_rate);
@@ -137,6 +134,11 @@ impl Balance {
         self.limits = MotionLimits::of(&self.found, &self.parameters);
         self.bands
             .update(&self.found.margins, period, &self.parameters);
+    }
+
+    /// Forgets the rates of the margins, because the attitude has made a step that is no motion.
+    pub fn forget_rates(&mut self) {
+        self.tracker = Tracker::default();
     }
 
     /// Checks whether a robot with this stance on level ground may be armed.
@@ -170,9 +172,6 @@ impl Balance {
         }
         if let Trust::None(reason) = self.trust {
             return Some(Refusal::Sensors { reason });
-        }
-        if self.unrested {
-            return Some(Refusal::NotAtRest);
         }
         let (rate, bound) = (self.rate_at_rest, RATE_BOUND);
         if !(rate <= bound) {

@@ -79,7 +79,7 @@ impl Bench {
         let mut bench = Self::new(&settings);
         bench.run(200);
         bench.request(Request::Arm);
-        bench.run(1_056);
+        bench.run(800);
         bench
     }
 
