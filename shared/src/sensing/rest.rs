@@ -196,8 +196,7 @@ impl Rest {
     }
 
     fn learn(&mut self, first: &Means, means: &Means) -> Option<[f32; 2]> {
-        let [before, now] = [first, means].map(|means| means.inclination.noise());
-        let rotation = ROTATION + sqrt(before * before + now * now);
+        let rotation = ROTATION + first.inclination.noise() + means.inclination.noise();
         let uncertainty =
             rotation / (WINDOW * (self.windows - 1.0)) + means.rate.noise() / sqrt(self.windows);
         let known = self.learned;
