@@ -97,15 +97,14 @@ fn start(role: &'static Role, bus: Spawner) {
         dead_time_ns: settings.get(Setting::DeadTime),
     });
     over_current::start();
-    let pins = sampling::Pins {
+    sampling::start(sampling::Pins {
         amplifiers: (p.OPAMP1, p.OPAMP2),
         a: (p.PA1, p.PA3, p.PA2),
         b: (p.PA7, p.PA5, p.PA6),
         converters: (p.ADC1, p.ADC2),
         supply: p.PA0,
         temperature: p.PB14,
-    };
-    sampling::start(pins, settings.si(Setting::OverVoltage));
+    });
     transceiver::start(p.PC11, p.PC14);
     let can = can::start(p.FDCAN1, p.PA11, p.PB9);
 
@@ -167,7 +166,6 @@ impl Board for Esc1 {
     fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
-        bridge::freeze_when_halted();
         EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))
     }
 

@@ -217,7 +217,6 @@ impl Motor {
         Readings {
             currents: currents.map(|current| self.code(current)),
             rotor: ((turn * u64::from(self.model.encoder_counts)) >> 32) as u32,
-            over_voltage: false,
         }
     }
 

@@ -1,8 +1,7 @@
 //! Inputs and outputs of the guard's tick.
 
 use crate::bus::pdo::{
-    GuardClearance, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    OperatorCommand,
+    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand,
 };
 use crate::can::Frame;
 use crate::estimate::state::State as RobotState;
@@ -45,8 +44,6 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
-    /// Payload of TPDO 6.
-    pub clearance: GuardClearance,
     /// Passed and measured slack of the belts, um (objects 0x4004:5 and 0x4004:6).
     pub slack: [i32; 2],
     /// Estimated tension of the belts, 0.1 N (object 0x4004:7).

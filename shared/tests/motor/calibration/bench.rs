@@ -94,7 +94,6 @@ impl Truth {
             },
             sensor: RotorSensor::Absolute,
             dead_time: 0.0,
-            continuous_current: 10.0,
             periods_per_control: PERIODS,
         };
         match record {
