@@ -450,8 +450,8 @@ settings! {
     /// Mass of the robot without payload. B2P2 does not use it, because its bodies have masses of
     /// their own.
     RobotMass = 0x0077, "robot_mass", "g", 100..=1_000_000, 8_315;
-    /// Height of the highest step that may be behind B2P2. It limits backing up and folding the
-    /// front down. 0: no step.
+    /// Height of the highest step off which B2P2 may fall. It limits backing up, folding the front
+    /// down, and after a climb driving forward with the front raised. 0: no step.
     StepBehind = 0x007d, "step_behind", "um", 0..=1_000_000, 150_000;
     /// Maximum speed over ground while the sensors are doubted, in a supervised override and while
     /// backing off.

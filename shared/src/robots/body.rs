@@ -123,6 +123,9 @@ pub trait Body: Sized {
     /// rolls.
     const ODOMETRY: &'static [usize];
 
+    /// Upper bound of the square of the robot's radius of gyration about a horizontal axis, m^2.
+    const GYRATION: f32;
+
     /// Creates the robot of these settings.
     ///
     /// # Errors
@@ -133,10 +136,6 @@ pub trait Body: Sized {
     fn mass(settings: &Settings) -> f32 {
         settings.si(Setting::RobotMass)
     }
-
-    /// Square of the largest radius of gyration about a horizontal axis, m^2, with the loads that
-    /// the robot is made for.
-    const GYRATION: f32;
 
     /// Highest step off which the robot may fall backward; by default none.
     fn step_behind(_: &Settings) -> StepBehind {

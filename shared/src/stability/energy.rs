@@ -10,9 +10,9 @@
 //! rest and in motion.
 //!
 //! An instant stop from the speed `v` adds the angular momentum `v a` about the edge ahead, per
-//! mass. `a` is the distance of the centre of gravity to the line on which the edge moves. The
-//! energy of this momentum is that of a point mass, the smallest inertia that a body can have: `(2
-//! v a w + (v a)^2 / l^2) / 2 g`.
+//! mass. `a` is the distance of the centre of gravity to the line on which the edge moves. The stop
+//! takes `(2 v a w + (v a)^2 / l^2) / 2 g` of the energy. The second term is that of a point mass,
+//! the smallest inertia that a body can have.
 
 use super::evaluation::Evaluation;
 use super::support::{Edge, Stance};

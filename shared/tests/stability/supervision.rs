@@ -163,7 +163,7 @@ proptest! {
         let tipping = [Tipping { height, arm, rate: turns, gyration }; 4];
         let bounds = Bounds { towards, away, horizon, foresight, tipping, half_width };
         let driven = speed_scale(Command::new(forward, yaw_rate), pitch, &margins, &bounds);
-        for (speed_scale, _) in [driven, posture(&margins, ahead, &bounds)] {
+        for (speed_scale, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&speed_scale), "{}", speed_scale);
         }
     }

@@ -44,7 +44,8 @@ impl Body for Crawler {
 
     const STAGES: &'static [&'static str] = &["enabling"];
     const ODOMETRY: &'static [usize] = &[0, 1];
-    const GYRATION: f32 = 0.01;
+    // A box of 0.20 by 0.19 by 0.08 m (5 kg), and 2.5 kg 0.21 m above its centre of gravity.
+    const GYRATION: f32 = 0.014;
 
     fn new(settings: &Settings) -> Result<Self, ParametersError> {
         let si = |setting| settings.si_f64(setting);

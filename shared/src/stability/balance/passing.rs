@@ -1,7 +1,7 @@
 //! Limits an admitted command to what the margins allow.
 
 use super::Balance;
-use crate::math::{limit, max, min};
+use crate::math::{clamp, max, min};
 use crate::stability::allowed::{Ahead, Allowed, Command};
 use crate::stability::filter::{Ramp, Verdict};
 use crate::stability::limits::MotionLimits;
@@ -65,14 +65,14 @@ impl Balance {
         let wide = bounds.towards.scale(self.margins.now[Edge::Back as usize]);
         let (posture_scale, posture) = ahead.map_or((1.0, Verdict::Passed), |ahead| {
             let margins = self.as_now(ahead.stance.margins());
-            let evaluated = filter::posture(&self.margins, margins, &bounds);
+            let evaluated = filter::posture(pitch, &self.margins, margins, &bounds);
             if !ahead.lifts {
                 return evaluated;
             }
             step_behind::within(evaluated, self.room(), 1.0 - wide)
         });
         // The scale applies to what the robot can do, not to a larger command.
-        let forward = limit(command.forward, parameters.speed);
+        let forward = clamp(command.forward, -parameters.speed, parameters.speed);
         let asked = Command::new(forward, command.yaw_rate);
         let driven = filter::speed_scale(asked, pitch, &self.margins, &bounds);
         let most = match forward {
@@ -83,7 +83,7 @@ impl Balance {
         let (speed_scale, drive) = filter::within_limit(driven, forward, most);
         // The command may lead away from an edge to which the robot still drives.
         let present = Command::new(self.speed, command.yaw_rate);
-        let (bearable, _) = filter::speed_scale(present, pitch, &self.margins, &bounds);
+        let (present_scale, _) = filter::speed_scale(present, pitch, &self.margins, &bounds);
         let unhindered = Allowed {
             speed_scale: 1.0,
             stop: self.stop,
@@ -110,7 +110,7 @@ impl Balance {
         let allowed = Allowed {
             speed_scale,
             stop: self.stop,
-            brakes: speed_scale < 1.0 || bearable < 1.0,
+            brakes: speed_scale < 1.0 || present_scale < 1.0,
             posture: posture_scale > 0.0 && self.stop.is_none(),
             limits: MotionLimits {
                 posture: posture_scale,

@@ -153,6 +153,21 @@ fn a_robot_that_bears_less_deceleration_looks_farther_ahead() {
     }
 }
 
+/// The shape ahead has a rear margin of 80 mm. This is enough on level ground, and too little for
+/// the sway of a steep robot.
+#[test]
+fn a_steep_robot_keeps_room_for_its_sway() {
+    let (_, balance) = standing(&Settings::default(), 0.3, 0.0);
+    for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
+        let (allowed, _) = balance.filter(
+            &Command::<()>::default(),
+            Some(&stance(0.08).into()),
+            at(pitch, 0.0),
+        );
+        assert_eq!(allowed.posture, passes, "{pitch}");
+    }
+}
+
 /// The rear margin falls at 0.3 m/s, because the shape changes or because the robot rears up. The
 /// change of shape holds nothing back, and rearing up is found equally fast after it as after rest.
 /// While the attitude settles, only the margin itself counts, so the same takes longer.
@@ -178,7 +193,7 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
                 0.1,
                 CONTROL_PERIOD,
             );
-            balance.filter(&asked, None, at(0.3, 0.1)).0.speed_scale < 1.0
+            balance.filter(&asked, None, at(0.3, 0.375)).0.speed_scale < 1.0
         };
         let mut margin = start;
         while margin > 0.2 {
@@ -200,7 +215,7 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
         assert!(after_rest > 0);
         assert_eq!(after_rest, after_change);
         let settling = held_back(0.2, &level(100));
-        assert!(2 * settling > 3 * after_rest, "{settling} {after_rest}");
+        assert!(settling > 2 * after_rest, "{settling} {after_rest}");
     }
 }
 
@@ -311,7 +326,7 @@ fn some_motion_always_passes_above_the_trip_margin() {
 }
 
 /// The centre of gravity is 0.2 m high and 30 mm in front of the rear edge. An instant stop from
-/// 0.198 m/s leaves it the energy of the trip margin there.
+/// 0.2 m/s leaves it the energy of the trip margin there.
 #[test]
 fn backing_down_close_to_the_rear_edge_is_slow() {
     let mut settings = Settings::default();
@@ -326,8 +341,9 @@ fn backing_down_close_to_the_rear_edge_is_slow() {
     let (allowed, verdict) = balance.filter(&backward, Some(&stance(0.03).into()), at(0.3, 0.0));
     assert_eq!(verdict, Verdict::Scaled(Edge::Back));
     let passed = 0.45 * allowed.speed_scale;
-    // v^2 = 2 g (l - l_trip) l^2 / h^2 with l^2 = 0.0409 m^2; 10 mm, the trip margin, are left.
-    assert!((passed - 0.1979).abs() < 2e-3, "{passed}");
+    // v^2 = 2 g (l - l_left) l^2 / h^2 with l^2 = 0.0409 m^2. 10.44 mm are left: the trip margin,
+    // and 44 % of the ramp's least width.
+    assert!((passed - 0.1985).abs() < 2e-3, "{passed}");
 }
 
 /// The robot drives forward, nose up, and its rear margin of 110 mm falls by 0.15 m/s. The command

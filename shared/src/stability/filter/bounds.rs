@@ -4,6 +4,7 @@
 use crate::math::clamp;
 use crate::stability::allowed::Command;
 use crate::stability::energy::Tipping;
+use crate::stability::support::Edge;
 
 /// Margins between which the speed scale grows from 0 to 1, m.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +58,19 @@ impl Bounds {
     pub(super) fn lifts(&self, command: Command<()>, pitch: f32) -> f32 {
         let outer = command.forward + self.half_width * command.yaw_rate.abs();
         scale(outer / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
+    }
+}
+
+/// Pitch from which the caution band is moved up by its whole width, rad.
+const STEEP: f32 = 0.5;
+
+/// Distance by which the caution band moves up to allow for sway, as a fraction of its width. At
+/// the rear edge it grows with pitch up, at the front edge with pitch down. NaN for NaN.
+pub fn sway(edge: Edge, pitch: f32) -> f32 {
+    match edge {
+        Edge::Back => clamp(pitch / STEEP, 0.0, 1.0),
+        Edge::Front => clamp(-pitch / STEEP, 0.0, 1.0),
+        Edge::Left | Edge::Right => 0.0,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Computes the scale of a posture's speed.
 
-use super::bounds::Bounds;
+use super::bounds::{Bounds, sway};
 use super::{Margins, Verdict};
 use crate::math::{max, min};
 use crate::stability::support::EDGES;
@@ -22,12 +22,13 @@ const RESCUE: f32 = 0.1;
 /// the prediction for each edge is the margin in `ahead`, less what the measured decay takes away
 /// within [`Bounds::foresight`]. If the prediction is narrower than the present margin, the motion
 /// slows down through the caution band and ends at the stop margin, both in terms of the energy
-/// that is left ([`Tipping::margin`]). If the prediction is not narrower than the present margin,
-/// the motion slows down only below the stop margin. If the shape alone, without the decay, does
-/// not narrow the margin, the scale never falls below [`RESCUE`]. NaN refuses.
+/// that is left ([`Tipping::margin`]). A steep robot on the nose of a step also sways when its
+/// centre of gravity moves. To allow for that, the caution band moves up with the pitch ([`sway`]). If the prediction is not narrower than the present margin, the motion
+/// slows down only below the stop margin. If the shape alone, without the decay, does not narrow
+/// the margin, the scale never falls below [`RESCUE`]. NaN refuses.
 ///
 /// [`Tipping::margin`]: crate::stability::energy::Tipping::margin
-pub fn posture(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
+pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
     let (mut least, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
         let index = edge as usize;
@@ -41,9 +42,10 @@ pub fn posture(margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Ver
         let mut part = if then + decay >= now {
             bounds.away.scale(now)
         } else {
+            let reserve = sway(edge, pitch) * bounds.towards.width();
             let left = bounds.tipping[index].margin(then + decay, 0.0);
             // `min` is here only for NaN: if `now` is NaN, the result is NaN, which refuses.
-            bounds.towards.scale(min(left, now))
+            bounds.towards.scale(min(left - reserve, now))
         };
         if then >= now {
             part = max(part, RESCUE);
@@ -73,13 +75,16 @@ mod tests {
             let mut ahead = now.now;
             ahead[edge as usize] = 0.04;
             let refused = (0.0, Verdict::PostureRefused(edge));
-            assert_eq!(posture(&now, ahead, &BOUNDS), refused);
+            assert_eq!(posture(0.0, &now, ahead, &BOUNDS), refused);
             ahead[edge as usize] = f32::NAN;
-            assert_eq!(posture(&now, ahead, &BOUNDS), refused);
+            assert_eq!(posture(0.0, &now, ahead, &BOUNDS), refused);
             let mut unknown = now;
             unknown.now[edge as usize] = f32::NAN;
-            assert_eq!(posture(&unknown, now.now, &BOUNDS), refused);
+            assert_eq!(posture(0.0, &unknown, now.now, &BOUNDS), refused);
         }
+        let level = standing(0.3);
+        let narrower = level.now.map(|margin| margin - 1e-3);
+        assert_eq!(posture(f32::NAN, &level, narrower, &BOUNDS).0, 0.0);
     }
 
     /// Margins with `back` m at the rear edge.
@@ -90,7 +95,7 @@ mod tests {
     #[test]
     fn a_posture_motion_that_narrows_a_margin_slows_down_before_it_is_refused() {
         let now = standing(0.14);
-        let posture = |back| posture(&now, ahead(back), &BOUNDS);
+        let posture = |back| posture(0.0, &now, ahead(back), &BOUNDS);
         assert_eq!(posture(0.091), (1.0, Verdict::Passed));
         let (scale, verdict) = posture(0.06);
         assert!((scale - 0.25).abs() < 1e-4, "{scale}");
@@ -100,9 +105,46 @@ mod tests {
         assert_eq!(posture(f32::NAN), refused);
     }
 
+    /// At 0.5 rad of pitch the motion ends at the caution margin; at 0.25 rad, in the middle of the
+    /// caution band.
+    #[test]
+    fn a_steep_robot_keeps_the_caution_band_for_its_sway() {
+        let now = Margins {
+            now: [0.2; 4],
+            ..standing(0.2)
+        };
+        let narrowing = |edge: Edge, margin| {
+            let mut ahead = now.now;
+            ahead[edge as usize] = margin;
+            ahead
+        };
+        for (edge, pitch) in [(Edge::Back, 0.5), (Edge::Front, -0.5)] {
+            let scale =
+                |pitch: f32, margin| posture(pitch, &now, narrowing(edge, margin), &BOUNDS).0;
+            for (pitch, end) in [
+                (-pitch, 0.05),
+                (0.0, 0.05),
+                (0.5 * pitch, 0.07),
+                (pitch, 0.09),
+                (2.0 * pitch, 0.09),
+            ] {
+                assert_eq!(scale(pitch, end - 1e-3), 0.0, "{edge:?} {pitch}");
+                let half = scale(pitch, end + 0.02);
+                assert!((half - 0.5).abs() < 1e-4, "{edge:?} {pitch}: {half}");
+                assert_eq!(scale(pitch, end + 0.041), 1.0, "{edge:?} {pitch}");
+            }
+        }
+        for edge in [Edge::Left, Edge::Right] {
+            for pitch in [-1.0, 1.0] {
+                let (scale, _) = posture(pitch, &now, narrowing(edge, 0.07), &BOUNDS);
+                assert!((scale - 0.5).abs() < 1e-4);
+            }
+        }
+    }
+
     #[test]
     fn a_posture_motion_that_widens_a_narrow_margin_is_slow_but_goes_on() {
-        let scale = |now: f32| posture(&standing(now), ahead(now + 0.01), &BOUNDS).0;
+        let scale = |now: f32| posture(1.0, &standing(now), ahead(now + 0.01), &BOUNDS).0;
         assert_eq!(scale(0.051), 1.0);
         assert!((scale(0.03) - 0.5).abs() < 1e-4);
         assert!((scale(0.012) - RESCUE).abs() < 1e-6);
@@ -119,7 +161,7 @@ mod tests {
                 margins.now = [0.3; 4];
                 margins.now[edge as usize] = margin;
                 margins.rate[edge as usize] = -0.2;
-                posture(&margins, margins.now.map(|now| now + change), &BOUNDS)
+                posture(0.0, &margins, margins.now.map(|now| now + change), &BOUNDS)
             };
             for change in [-0.02, 0.02] {
                 let left = |scale: f32| 0.05 + 0.04 * scale + 0.03 - change;
@@ -142,7 +184,7 @@ mod tests {
                 margins.now = [0.3; 4];
                 margins.now[edge as usize] = 0.055;
                 margins.rate[edge as usize] = rate;
-                posture(&margins, margins.now, &BOUNDS).0
+                posture(0.0, &margins, margins.now, &BOUNDS).0
             };
             for rate in [0.9 * STEADY, 0.0, -0.9 * STEADY, -STEADY] {
                 assert_eq!(scale(rate), 1.0, "{edge:?} {rate}");
