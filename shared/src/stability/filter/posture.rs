@@ -23,9 +23,10 @@ const RESCUE: f32 = 0.1;
 /// within [`Bounds::foresight`]. If the prediction is narrower than the present margin, the motion
 /// slows down through the caution band and ends at the stop margin, both in terms of the energy
 /// that is left ([`Tipping::margin`]). A steep robot on the nose of a step also sways when its
-/// centre of gravity moves. To allow for that, the caution band moves up with the pitch ([`sway`]). If the prediction is not narrower than the present margin, the motion
-/// slows down only below the stop margin. If the shape alone, without the decay, does not narrow
-/// the margin, the scale never falls below [`RESCUE`]. NaN refuses.
+/// centre of gravity moves. To allow for that, the caution band moves up with the pitch ([`sway`]).
+/// If the prediction is not narrower than the present margin, the motion slows down only below the
+/// stop margin. If the shape alone, without the decay, does not narrow the margin, the scale never
+/// falls below [`RESCUE`]. NaN refuses.
 ///
 /// [`Tipping::margin`]: crate::stability::energy::Tipping::margin
 pub fn posture(pitch: f32, margins: &Margins, ahead: [f32; 4], bounds: &Bounds) -> (f32, Verdict) {
