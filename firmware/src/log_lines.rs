@@ -1,9 +1,10 @@
 //! Writes what a node's tick has found to its log.
 
-use tautrack::math::to_i16;
+use tautrack::math::{to_i16, to_i32};
 use tautrack::roles::drive::Ticked;
 use tautrack::roles::guard::Found;
 use tautrack::sensing::trust::Trust;
+use tautrack::stability::parameters::Refusal;
 
 /// Logs what a tick of a drive has found.
 pub fn drive(found: Ticked) {
@@ -34,6 +35,15 @@ pub fn guard(found: &Found) {
             trip.cause.code(),
             to_i16(trip.margins[trip.edge as usize] * 1e3)
         );
+    }
+    match found.refusal {
+        Some(Refusal::RateAtRest { rate, bound }) => crate::logger::warn!(
+            "not armed: the gyroscope reads {} mdeg/s at rest, at most {}",
+            to_i32(rate.to_degrees() * 1e3),
+            to_i32(bound.to_degrees() * 1e3)
+        ),
+        Some(refusal) => crate::logger::warn!("not armed: reason {}", refusal.code()),
+        None => {}
     }
     if let Some((sensor, health)) = found.sensor {
         if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(health) {

@@ -88,14 +88,15 @@ impl Scenario {
             .map_err(|problem| ScenarioError::new(&name, problem))
     }
 
-    /// The same scenario with sensors at these rates; their errors stay.
+    /// The same scenario with sensors at these rates. Errors of the scenario's sensors stay, unless
+    /// `sensors` has others.
     ///
     /// # Errors
     /// As [`Scenario::load`].
     pub fn with_sensors(&self, sensors: Sensors) -> Result<Self, ScenarioError> {
         Self::checked(Description {
             sensors: Sensors {
-                errors: self.sensors.errors,
+                errors: self.sensors.errors.or(sensors.errors),
                 ..sensors
             },
             ..self.description()

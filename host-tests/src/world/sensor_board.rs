@@ -12,6 +12,8 @@ pub struct SensorBoard {
     from_body: Rotation,
     /// Constant error of the gyroscope in the axes of the board, rad/s.
     rate: Vector,
+    /// Constant error of the accelerometer in the axes of the board, m/s^2.
+    force: Vector,
     /// Field of the robot's magnets in body axes, uT.
     hard_iron: Vector,
     /// Amplification of the field by iron, forward and to the left, and the coupling of the two, as
@@ -27,6 +29,7 @@ impl SensorBoard {
     pub fn new(
         mounting: [f64; 3],
         rate: [f64; 3],
+        force: [f64; 3],
         hard_iron: [f64; 3],
         soft_iron: [f64; 3],
         level: [f64; 2],
@@ -36,6 +39,7 @@ impl SensorBoard {
         Self {
             from_body: to_body.inverse(),
             rate: Vector::from_array(rate),
+            force: Vector::from_array(force),
             hard_iron: Vector::from_array(hard_iron),
             soft_iron,
             level: turn(Vector::Y, level[0]) * turn(Vector::NEG_X, level[1]),
@@ -56,7 +60,7 @@ impl SensorBoard {
         );
         BodyMeasurands {
             tilt_force: readings(self.level * self.from_body * vector(body.tilt_force)),
-            specific_force: readings(self.from_body * vector(body.specific_force)),
+            specific_force: readings(self.from_body * vector(body.specific_force) + self.force),
             angular_rate: readings(self.from_body * vector(body.angular_rate) + self.rate),
             magnetic_field: readings(self.from_body * (field + self.hard_iron)),
             ..body
@@ -71,7 +75,8 @@ mod tests {
 
     /// Readings of a board with this mounting and no other error.
     fn mounted(mounting: [f64; 3], body: BodyMeasurands) -> BodyMeasurands {
-        SensorBoard::new(mounting, [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 2]).measurands(body)
+        SensorBoard::new(mounting, [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.0; 2])
+            .measurands(body)
     }
 
     fn near(found: &[f32], expected: &[f32]) {
@@ -112,21 +117,31 @@ mod tests {
         let body = BodyMeasurands {
             tilt_force: [0.0, 0.0, 9.81],
             angular_rate: [0.1, 0.2, 0.3],
+            specific_force: [1.0, 2.0, 3.0],
             magnetic_field: [10.0, 20.0, -40.0],
             ..BodyMeasurands::default()
         };
         let board = SensorBoard::new(
             [0.0, 0.0, FRAC_PI_2],
             [0.01, 0.02, 0.03],
+            [0.5, -1.0, 0.2],
             [1.0, 2.0, 3.0],
             [0.1, -0.1, 0.05],
             [0.0; 2],
         );
         let found = board.measurands(body);
         near(&found.angular_rate, &[0.21, -0.08, 0.33]);
+        near(&found.specific_force, &[2.5, -2.0, 3.2]);
         // In body axes (10 * 1.1 + 20 * 0.05 + 1, 10 * 0.05 + 20 * 0.9 + 2, -37).
         near(&found.magnetic_field, &[20.5, -13.0, -37.0]);
-        let tilted = SensorBoard::new([0.0; 3], [0.0; 3], [0.0; 3], [0.0; 3], [0.01, -0.02]);
+        let tilted = SensorBoard::new(
+            [0.0; 3],
+            [0.0; 3],
+            [0.0; 3],
+            [0.0; 3],
+            [0.0; 3],
+            [0.01, -0.02],
+        );
         let [x, y, z] = tilted.measurands(body).tilt_force;
         near(
             &[libm::atan2f(x, z), libm::atan2f(y, libm::hypotf(x, z))],

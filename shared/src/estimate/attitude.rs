@@ -50,7 +50,11 @@ const LEAST_COSINE: f32 = 0.2;
 ///
 /// An inclinometer measures the specific force. An acceleration `a` along a body without roll turns
 /// its pitch by `a cos(pitch) / g`, and a turn to the left turns its roll by the speed times the
-/// yaw rate, over `g`. The filter subtracts both with the speed of the drives ([`Self::travel`]).
+/// yaw rate, over `g`. The filter subtracts both with the speed of the drives ([`Self::travel`]),
+/// but no more than the inclinometer shows: tracks or wheels that spin do not accelerate the body.
+/// While the drives explain the whole reading, the gyroscope alone carries the estimate
+/// ([`Self::memory`]). So in a turn the estimate errs by what the gyroscope drifts meanwhile, and
+/// never by more than this acceleration over `g`, whether the tracks slip or not.
 /// It takes every reading, however far its magnitude is from `g`: the mean acceleration of a robot
 /// that is stopped and set in motion again is zero, but not if the readings of the stop are left
 /// out.
@@ -66,8 +70,13 @@ const LEAST_COSINE: f32 = 0.2;
 #[derive(Clone, Debug, Default)]
 pub struct Attitude {
     tilt: Option<[Angle; 2]>,
-    /// Inclinometer minus estimate, low-pass filtered, rad.
+    /// Inclinometer minus estimate, and what the acceleration of the drives explains of it, both
+    /// low-pass filtered, rad; and what is left unexplained.
+    measured: [f32; 2],
+    explained: [f32; 2],
     contradiction: [f32; 2],
+    /// Time for which the drives have explained the whole reading, s.
+    unlevelled: f32,
     pitch_rate: f32,
     heading: Angle,
     /// Time from the first inclination, or from the end of an outage, to the newest one, s, up to
@@ -133,12 +142,21 @@ impl Attitude {
             let correction = ratio(self.levelled, time);
             let forward = ratio(self.speed - self.levelled_speed, self.levelled);
             let own = [forward * cosine, self.speed * z * roll_cosine];
+            let mut all_explained = false;
             for (axis, tilt) in [pitch, roll].into_iter().enumerate() {
                 let explained = limit(own[axis], GRAVITY) / GRAVITY;
-                let error = (level[axis] - tilt).radians() - explained;
-                self.contradiction[axis] += (error - self.contradiction[axis]) * share;
+                self.explained[axis] += (explained - self.explained[axis]) * share;
+                let measured = (level[axis] - tilt).radians();
+                self.measured[axis] += (measured - self.measured[axis]) * share;
+                self.contradiction[axis] = unexplained(self.measured[axis], self.explained[axis]);
+                all_explained |= !(self.contradiction[axis].abs() > 0.0);
                 step[axis] += self.contradiction[axis] * correction;
             }
+            self.unlevelled += if all_explained {
+                self.levelled
+            } else {
+                -self.unlevelled * correction
+            };
             (self.levelled, self.levelled_speed) = (0.0, self.speed);
         }
         let tilt = [pitch, roll];
@@ -148,9 +166,15 @@ impl Attitude {
         true
     }
 
+    /// Sets the tilt of a robot at rest, rad: pitch and roll, as the inclinometer shows them.
+    pub fn rest(&mut self, inclination: [f32; 2]) {
+        self.tilt = Some(inclination.map(Angle::from_radians));
+        (self.measured, self.contradiction) = ([0.0; 2], [0.0; 2]);
+    }
+
     /// Takes the distance that the robot has travelled by its drives, forward positive, um (it
     /// wraps), `period` s after the previous call. The speed is wrong while the tracks slip or a
-    /// posture motion turns wheels: then the estimate subtracts an acceleration that there is not.
+    /// posture motion turns wheels.
     pub fn travel(&mut self, odometry_um: i32, period: f32) {
         let before = self.odometry_um.replace(odometry_um);
         let distance = odometry_um.wrapping_sub(before.unwrap_or(odometry_um));
@@ -210,7 +234,12 @@ impl Attitude {
 
     /// Whether the first readings still change the estimate by more than an armed robot bears.
     pub fn settling(&self) -> bool {
-        self.known() && self.running < ARMABLE
+        self.known() && !self.armable()
+    }
+
+    /// Whether the estimate is good enough for a robot to be armed.
+    pub fn armable(&self) -> bool {
+        self.running >= ARMABLE
     }
 
     /// Pitch, nose up positive.
@@ -228,7 +257,13 @@ impl Attitude {
         self.pitch_rate
     }
 
-    /// Inclinometer minus estimate, averaged over 0.3 s: pitch and roll, rad.
+    /// Time for which an error of the gyroscope's rate turns the estimate, s.
+    pub fn memory(&self) -> f32 {
+        LEVEL_TIME + self.unlevelled
+    }
+
+    /// Inclinometer minus estimate without what the drives explain, averaged over 0.3 s: pitch and
+    /// roll, rad.
     pub fn contradiction(&self) -> [f32; 2] {
         self.contradiction
     }
@@ -257,6 +292,18 @@ impl Attitude {
 /// Returns `value / time`; 0 if there is no time.
 fn ratio(value: f32, time: f32) -> f32 {
     if time > 0.0 { value / time } else { 0.0 }
+}
+
+/// Returns the part of `measured` that `explained` does not explain: `measured` minus `explained`,
+/// which is first limited to what is between 0 and `measured`.
+fn unexplained(measured: f32, explained: f32) -> f32 {
+    if !(measured * explained > 0.0) {
+        measured
+    } else if explained.abs() < measured.abs() {
+        measured - explained
+    } else {
+        0.0
+    }
 }
 
 /// Transformation from body axes to level axes: sines and cosines of pitch and roll.

@@ -24,6 +24,7 @@ pub const MAX_OFFSETS: usize = 4;
 
 /// State of a drive as the guard receives it from the bus.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[allow(clippy::struct_excessive_bools)] // independent facts, not states
 pub struct DriveState {
     /// Position of the output shaft; 0 before the first one is received.
     pub position: Position,
@@ -37,6 +38,8 @@ pub struct DriveState {
     pub homed: bool,
     /// Whether the drive is in "operation enabled".
     pub enabled: bool,
+    /// Whether the drive is one of [`Body::ODOMETRY`], and turns faster than 0.01 rad/s.
+    pub rolls: bool,
     /// Whether the shaft turns without power, and the drive is one of [`Body::ODOMETRY`] or was
     /// under power before.
     pub turns_freely: bool,

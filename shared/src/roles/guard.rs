@@ -20,6 +20,7 @@ use crate::sensing::sensor_watch::SensorState;
 use crate::sensors::{BodySensors, Sensor};
 use crate::settings::Settings;
 use crate::stability::balance::Telemetry;
+use crate::stability::parameters::Refusal;
 use crate::stability::trip::Snapshot;
 use crate::units::Angle;
 use core::ops::DerefMut;
@@ -66,6 +67,8 @@ pub struct Found {
     pub mismatch: Option<ScaleMismatch>,
     /// A trip.
     pub trip: Option<Snapshot>,
+    /// Why the robot is not armed, if it has changed.
+    pub refusal: Option<Refusal>,
     /// A sensor whose health has changed, with its new code.
     pub sensor: Option<(Sensor, u8)>,
     /// The node is to restart: it has reset itself by the network management.
@@ -206,7 +209,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
         values.set(objects::OBJECT1001, register);
         objects::publish_outputs(values, outputs);
         if !outputs.frames.is_empty() {
-            found.trip = publish_balance(values, &guard.telemetry());
+            publish_balance(values, &guard.telemetry(), &mut found);
             // One sensor's turn comes in each SYNC period.
             if let Some(sensor) = Sensor::ALL.get(self.sensor) {
                 let state = guard.sensor(*sensor);
@@ -316,15 +319,17 @@ impl<S: Store> Dictionary for Objects<S> {
 
 type Bytes = Values<{ objects::BYTES }>;
 
-/// Writes the values that change once per SYNC and are read through SDO. Returns a new trip.
-fn publish_balance(values: &mut Bytes, balance: &Telemetry) -> Option<Snapshot> {
+/// Writes the values that change once per SYNC and are read through SDO. Finds a new trip and a new
+/// refusal to arm.
+fn publish_balance(values: &mut Bytes, balance: &Telemetry, found: &mut Found) {
     let trips = values.get(objects::OBJECT4006_TRIPS);
+    let code = values.get(objects::OBJECT4006_REFUSAL);
     objects::publish_balance(values, balance);
-    let trip = balance.snapshot.filter(|_| balance.trips != trips);
-    if let Some(trip) = &trip {
+    found.refusal = balance.refusal.filter(|refusal| refusal.code() != code);
+    found.trip = balance.snapshot.filter(|_| balance.trips != trips);
+    if let Some(trip) = &found.trip {
         objects::publish_trip(values, trip);
     }
-    trip
 }
 
 /// Writes health, rate and age of one sensor. Returns whether its health has changed.

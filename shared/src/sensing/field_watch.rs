@@ -6,8 +6,8 @@
 /// Rotation from which a reading must differ, rad: 10 degrees. Even where the horizontal field is
 /// 8 uT, the rotation changes it by 1.4 uT, which is ten digits.
 const ROTATION: f32 = 0.175;
-/// Largest angular rate that may be the constant error of a gyroscope, rad/s: 3 degrees/s.
-const RATE_ERROR: f32 = 0.052;
+/// Largest angular rate that may be the constant error of a gyroscope, rad/s.
+const RATE_ERROR: f32 = super::rest::RATE_BOUND;
 
 /// Monitor of repeated readings of a magnetometer.
 #[derive(Clone, Debug, Default)]
@@ -18,7 +18,7 @@ pub struct FieldWatch {
 }
 
 impl FieldWatch {
-    /// Takes an angular rate that lasts for `period` s. A rate below 3 degrees/s does not count.
+    /// Takes an angular rate that lasts for `period` s. A rate below 6 degrees/s does not count.
     #[inline]
     pub fn turn(&mut self, rate: &[f32; 3], period: f32) {
         for (turned, rate) in self.turned.iter_mut().zip(rate) {
@@ -85,7 +85,7 @@ mod tests {
     fn at_rest_and_with_the_constant_error_of_a_gyroscope_equal_readings_are_no_fault() {
         let mut watch = FieldWatch::default();
         for _ in 0..600_000 {
-            watch.turn(&[0.05, -0.05, 0.05], 1e-3);
+            watch.turn(&[0.1, -0.1, 0.1], 1e-3);
             assert!(!watch.repeats(&[20.0, 5.0, -40.0]));
         }
     }

@@ -3,12 +3,15 @@
 //!
 //! [`Sensing`] owns all of it. [`mounting`]: axes and constant errors of the sensor board.
 //! [`watch`]: whether the sensors on the body are believed, with [`sensor_watch`] (age and rate of
-//! one sensor), `noise_watch` (its noise), `stuck` and `field_watch` (repeated readings) and
-//! [`trust`] (the result).
+//! one sensor), `noise_watch` (its noise), `stuck` and `field_watch` (repeated readings),
+//! `gravity_watch` (readings that no robot on its tracks shows) and [`trust`] (the result).
+//! [`rest`]: constant errors that show while the robot rests.
 
 mod field_watch;
+mod gravity_watch;
 pub mod mounting;
 mod noise_watch;
+pub mod rest;
 pub mod sensor_watch;
 mod stuck;
 pub mod trust;
@@ -17,10 +20,12 @@ pub mod watch;
 use crate::constants::CONTROL_PERIOD;
 use crate::estimate::attitude::{Attitude, LevelAxes};
 use crate::estimate::specific_force::SpecificForce;
-use crate::math::vector::Vector;
+use crate::math::vector::{Vector, sub};
 use crate::sensors::{BodySensors, Sensor};
 use crate::settings::{Setting, Settings};
+use gravity_watch::GravityWatch;
 use mounting::Mounting;
+use rest::Rest;
 use sensor_watch::{SensorState, SensorWatch};
 use trust::Trust;
 use watch::{Expectations, Watch};
@@ -32,6 +37,8 @@ pub struct Sensing {
     /// Monitor of the GNSS receiver.
     fixes: SensorWatch,
     mounting: Mounting,
+    gravity: GravityWatch,
+    rest: Rest,
     /// Newest readings in the axes of the sensor board, and those in body axes.
     raw: BodySensors,
     body: BodySensors,
@@ -45,6 +52,8 @@ impl Sensing {
             watch: Watch::new(&Expectations::new(settings)),
             fixes: SensorWatch::new(settings.get(Setting::FixRate) as f32),
             mounting: Mounting::with_settings(settings),
+            gravity: GravityWatch::default(),
+            rest: Rest::default(),
             raw: BodySensors::default(),
             body: BodySensors::default(),
             force: SpecificForce::default(),
@@ -63,8 +72,12 @@ impl Sensing {
             }
             if fresh.accelerometer {
                 kept.specific_force = sensors.specific_force;
-                self.force
-                    .receive(self.mounting.turn(sensors.specific_force));
+                let force = self.mounting.turn(sensors.specific_force);
+                let force = sub(force, self.rest.force());
+                let zero = sensors.specific_force.iter().all(|value| *value == 0.0);
+                let period = self.watch.period(Sensor::Accelerometer);
+                self.gravity.receive_force(force, zero, period);
+                self.force.receive(force);
             }
             if fresh.gyroscope {
                 kept.angular_rate = sensors.angular_rate;
@@ -74,8 +87,16 @@ impl Sensing {
             }
         }
         self.raw.fresh = fresh;
-        self.body = self.mounting.apply(&self.raw);
-        &self.body
+        let body = &mut self.body;
+        *body = self.mounting.apply(&self.raw);
+        if fresh.inclinometer {
+            let period = self.watch.period(Sensor::Inclinometer);
+            self.gravity.receive_pitch(body.inclination[0], period);
+        }
+        self.rest.receive(body);
+        body.angular_rate = sub(body.angular_rate, self.rest.rate());
+        body.specific_force = sub(body.specific_force, self.rest.force());
+        body
     }
 
     /// Notes for one control period whether the GNSS receiver sent a fix.
@@ -89,6 +110,24 @@ impl Sensing {
         self.force.advance(axes, period)
     }
 
+    /// Learns the constant errors of the sensors, `period` s after the previous call, while the
+    /// robot does not roll (`stands`). From the first time on that the robot may be armed
+    /// (`armable`), errors that are not learned yet count as the worst ones. Returns pitch and
+    /// roll, rad, when the errors are learned for the first time.
+    pub fn learn(&mut self, stands: bool, armable: bool, period: f32) -> Option<[f32; 2]> {
+        let believed = self.gravity.worst().or(self.watch.own_trust()) == Trust::Full;
+        let level = self.rest.advance(stands && believed, period);
+        if armable {
+            self.rest.assume_worst();
+        }
+        level
+    }
+
+    /// Returns the constant errors of the sensors.
+    pub fn rest(&self) -> &Rest {
+        &self.rest
+    }
+
     /// Compares the sensors with each other, as [`Watch::compare`], and returns the trust in them.
     pub fn compare(
         &mut self,
@@ -97,8 +136,10 @@ impl Sensing {
         slow: bool,
         period: f32,
     ) -> Trust {
+        // Before the first rest, the force has the constant error of the accelerometer.
+        let slow = slow && !self.rest.expected();
         self.watch.compare(force, attitude, slow, period);
-        self.watch.trust()
+        self.gravity.worst().or(self.watch.trust())
     }
 
     /// Returns the newest readings in the axes of the sensor board.
@@ -111,15 +152,20 @@ impl Sensing {
         &self.body
     }
 
-    /// How far the attitude may have turned unseen, rad ([`Watch::unseen_rotation`]).
-    pub fn unseen_rotation(&self) -> f32 {
-        self.watch.unseen_rotation()
+    /// Largest error of the attitude, rad: what it may have turned unseen
+    /// ([`Watch::unseen_rotation`]), and what the rest of the gyroscope's constant error turns it
+    /// in `memory` s ([`Attitude::memory`]).
+    pub fn uncertain_tilt(&self, memory: f32) -> f32 {
+        self.watch.unseen_rotation() + self.rest.rate_uncertainty() * memory
     }
 
     /// Returns age, rate and health of a sensor.
     pub fn state(&self, sensor: Sensor) -> SensorState {
         match self.watch.sensor(sensor) {
-            Some(found) => SensorState::new(found, self.watch.trust_in(sensor)),
+            Some(found) => {
+                let trust = self.gravity.trust(sensor).or(self.watch.trust_in(sensor));
+                SensorState::new(found, trust)
+            }
             None => SensorState::new(&self.fixes, self.fixes.trust()),
         }
     }

@@ -19,12 +19,19 @@ pub enum Reason {
     Slow = 7,
     /// The readings jump back and forth more than any motion of the robot.
     Noisy = 8,
+    /// Every axis of the accelerometer reads zero.
+    Zero = 9,
+    /// The sensor is upside down.
+    UpsideDown = 10,
+    /// The specific force is that of a robot that falls freely.
+    FreeFall = 11,
 }
 
 impl Reason {
     /// Returns the reason with this number.
     pub fn from_byte(byte: u8) -> Option<Self> {
-        use Reason::{Disagreement, Noisy, NotFinite, OffGravity, OutOfRange, Silent, Slow, Stuck};
+        use Reason::{Disagreement, FreeFall, Noisy, NotFinite, OffGravity, OutOfRange};
+        use Reason::{Silent, Slow, Stuck, UpsideDown, Zero};
         [
             Silent,
             NotFinite,
@@ -34,6 +41,9 @@ impl Reason {
             Disagreement,
             Slow,
             Noisy,
+            Zero,
+            UpsideDown,
+            FreeFall,
         ]
         .into_iter()
         .find(|reason| *reason as u8 == byte)
@@ -50,6 +60,9 @@ impl Reason {
             Self::Disagreement => "sensors disagree",
             Self::Slow => "sensor too slow",
             Self::Noisy => "sensor too noisy",
+            Self::Zero => "sensor reads zero",
+            Self::UpsideDown => "sensor upside down",
+            Self::FreeFall => "free fall",
         }
     }
 }

@@ -189,11 +189,16 @@ impl Watch {
     /// Current trust in the sensors. It does not depend on the magnetometer, because balance does
     /// not.
     pub fn trust(&self) -> Trust {
+        self.own_trust()
+            .or(self.disagreement.trust(Reason::Disagreement))
+            .or(self.off_gravity.trust(Reason::OffGravity))
+    }
+
+    /// Current trust in these sensors, each by its own readings alone.
+    pub fn own_trust(&self) -> Trust {
         self.trust_in(Sensor::Inclinometer)
             .or(self.trust_in(Sensor::Gyroscope))
             .or(self.trust_in(Sensor::Accelerometer))
-            .or(self.disagreement.trust(Reason::Disagreement))
-            .or(self.off_gravity.trust(Reason::OffGravity))
     }
 
     /// Current trust in one sensor on the body by its own readings; full for another sensor.
@@ -212,6 +217,11 @@ impl Watch {
     /// Age and measured rate of a sensor on the body; `None` for another sensor.
     pub fn sensor(&self, sensor: Sensor) -> Option<&SensorWatch> {
         self.sensors.get(sensor as usize)
+    }
+
+    /// Time between two readings of a sensor on the body by its setting, s; 0 for another sensor.
+    pub fn period(&self, sensor: Sensor) -> f32 {
+        self.sensor(sensor).map_or(0.0, SensorWatch::period)
     }
 
     /// How far the attitude may have turned without a reading of the gyroscope that shows it, rad:

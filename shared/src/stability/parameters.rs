@@ -27,15 +27,16 @@ pub struct Uncertainty {
     pub reach: f32,
     /// Mass of the robot, kg.
     pub robot_mass: f32,
-    /// Largest horizontal distance by which the robot can have turned its centre of gravity since
-    /// the newest reading of its gyroscope, m. It changes with the age of that reading.
+    /// Largest horizontal distance by which an error of the attitude moves the centre of gravity,
+    /// m. It grows with the age of the gyroscope's newest reading and with the time since the robot
+    /// last rested.
     pub attitude: f32,
 }
 
 impl Uncertainty {
     /// Distance that is subtracted from every margin, m: the uncertainty of the centre of gravity,
     /// plus the distance `dm / (m + dm) reach` by which the load can shift it, plus the
-    /// distance by which an unseen rotation can.
+    /// distance by which an error of the attitude does.
     #[inline]
     pub fn deduction(&self) -> f32 {
         let load = self.mass / (self.robot_mass + self.mass) * self.reach;
@@ -149,6 +150,13 @@ pub enum Refusal {
     },
     /// The guard has refused some of its settings in flash, or their save was interrupted.
     Settings,
+    /// The gyroscope reads too much while the robot rests.
+    RateAtRest {
+        /// Largest reading of an axis, rad/s.
+        rate: f32,
+        /// Largest allowed one, rad/s.
+        bound: f32,
+    },
 }
 
 impl Refusal {
@@ -167,6 +175,7 @@ impl Refusal {
             Self::Margin { .. } => 10,
             Self::OffLevel { .. } => 11,
             Self::Settings => 12,
+            Self::RateAtRest { .. } => 13,
         }
     }
 }

@@ -4,4 +4,5 @@ mod mounting;
 #[path = "../support/random.rs"]
 #[allow(dead_code)] // the models need the joints
 mod random;
+mod rest;
 mod watch;

@@ -128,7 +128,7 @@ fn every_cause_has_its_code() {
 /// Every pair: the worse one counts, and the first of two that are equally bad.
 #[test]
 fn the_worse_trust_counts() {
-    let reasons = (1..=8).filter_map(Reason::from_byte);
+    let reasons = (1..=11).filter_map(Reason::from_byte);
     let all: Vec<(i32, Trust)> = reasons
         .flat_map(|reason| [(1, Trust::Degraded(reason)), (2, Trust::None(reason))])
         .chain([(0, Trust::Full)])
@@ -143,7 +143,7 @@ fn the_worse_trust_counts() {
 
 #[test]
 fn every_reason_has_its_words() {
-    let words: Vec<&str> = (1..=8)
+    let words: Vec<&str> = (1..=11)
         .filter_map(Reason::from_byte)
         .map(Reason::words)
         .collect();
@@ -156,6 +156,9 @@ fn every_reason_has_its_words() {
         "sensors disagree",
         "sensor too slow",
         "sensor too noisy",
+        "sensor reads zero",
+        "sensor upside down",
+        "free fall",
     ];
     assert_eq!(words, expected);
 }

@@ -2,6 +2,7 @@
 
 use crate::programs::Board;
 use crate::robots::Kind;
+use crate::scenario::{SensorErrors, Sensors};
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
@@ -47,6 +48,12 @@ pub(super) struct Arguments {
     /// Rate of inertial unit and inclinometer in Hz, whatever the scenario says
     #[arg(long, value_name = "HZ", value_parser = clap::value_parser!(i32).range(20..=1_000))]
     pub sensor_hz: Option<i32>,
+    /// Constant error of every axis of the gyroscope in degrees/s, whatever the scenario says
+    #[arg(long, value_name = "DEG_S", allow_negative_numbers = true)]
+    pub gyroscope_bias: Option<f64>,
+    /// Constant error of every axis of the accelerometer in g, whatever the scenario says
+    #[arg(long, value_name = "G", allow_negative_numbers = true)]
+    pub accelerometer_bias: Option<f64>,
     /// Folder for the results: summary.json, run.mcap, report.html and nodes.log; by default
     /// target/demo of the checkout
     #[arg(long, value_name = "DIR")]
@@ -77,6 +84,21 @@ pub(super) struct Arguments {
     /// Maximum time that a node may take to answer; then the run ends
     #[arg(long, value_name = "SECONDS", default_value = "60", value_parser = seconds)]
     pub node_timeout: Duration,
+}
+
+impl Arguments {
+    /// Sensors with the rates and errors of the options, otherwise like `sensors`.
+    pub fn sensors(&self, sensors: Sensors) -> Sensors {
+        let errors = SensorErrors {
+            rate_at_rest_deg_s: [self.gyroscope_bias.unwrap_or(0.0); 3],
+            accelerometer_g: [self.accelerometer_bias.unwrap_or(0.0); 3],
+            ..SensorErrors::default()
+        };
+        Sensors {
+            errors: sensors.errors.or(errors),
+            ..self.sensor_hz.map_or(sensors, Sensors::at)
+        }
+    }
 }
 
 #[derive(Clone, Copy, ValueEnum)]

@@ -42,9 +42,7 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
         let default_with_guard = arguments.robot == Kind::default() && arguments.guard.is_none();
         // Emulated nodes take too long for a suite.
         let board = Board::Host;
-        let sensors = arguments
-            .sensor_hz
-            .map_or_else(Sensors::default, Sensors::at);
+        let sensors = arguments.sensors(Sensors::default());
         let holds = match suite {
             Suite::Hazards if default_with_guard => {
                 command::hazards(board, arguments.random, seed, sensors, &out)

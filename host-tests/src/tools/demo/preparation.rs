@@ -6,7 +6,7 @@ use super::images;
 use super::output::Output;
 use crate::programs::setup::checkout;
 use crate::robots::{NodeName, Role};
-use crate::scenario::{Scenario, Sensors};
+use crate::scenario::Scenario;
 use crate::simulator::slcan::SlcanPort;
 use std::path::{Path, PathBuf};
 use tautrack::link::MAX_PATH;
@@ -107,12 +107,7 @@ fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
         // The expectation about interventions does not apply if the guard is off.
         description.expect.guard_intervenes = None;
     }
-    if let Some(hz) = arguments.sensor_hz {
-        description.sensors = Sensors {
-            errors: description.sensors.errors,
-            ..Sensors::at(hz)
-        };
-    }
+    description.sensors = arguments.sensors(description.sensors);
     description.seed = arguments.seed.unwrap_or(description.seed);
     description
         .check()

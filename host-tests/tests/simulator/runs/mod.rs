@@ -12,6 +12,7 @@ mod image;
 mod pace;
 mod releasing;
 mod restart;
+mod sensor_errors;
 mod sensors;
 mod snapshot;
 mod state;

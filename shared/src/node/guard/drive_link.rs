@@ -35,6 +35,9 @@ const RESET_HIGH: core::ops::Range<u8> = 7..11;
 
 /// Speed above which a drive without power turns freely, 1e-6 rad/s or nm/s.
 const FREE: u32 = 100_000;
+/// Speed above which the robot rolls, in the same units. Two tracks of B2P2 that turn against each
+/// other so slowly turn the robot by 0.15 degree/s.
+const ROLLING: u32 = 10_000;
 
 /// State of the drive's state machine that a goal requires.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -148,6 +151,7 @@ impl Drive {
                 .motion(motion, state.position, self.homes, now_us);
             let unpowered = self.state().is_some_and(|state| !is_powered(state));
             let turns = unpowered && motion.velocity.unsigned_abs() > FREE;
+            state.rolls = self.wheel && motion.velocity.unsigned_abs() > ROLLING;
             state.turns_freely = turns && (self.wheel || self.was_powered);
         } else if let Some(status) = DriveStatus::from_frame(frame, transmit(2), self.id) {
             self.status = status;

@@ -98,6 +98,11 @@ impl Drives {
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
+    /// Returns whether the robot rolls on any of its tracks or wheels.
+    pub fn roll(&self) -> bool {
+        self.states.iter().any(|state| state.rolls)
+    }
+
     /// Returns whether every drive has sent its status since it started.
     pub fn have_status(&self) -> bool {
         self.nodes.iter().all(Drive::has_status)

@@ -29,6 +29,11 @@ impl<B: Body> Guard<B> {
     #[inline(never)]
     pub(super) fn evaluate(&mut self) {
         let period = self.schedule.period();
+        let (stands, armable) = (!self.drives.roll(), self.attitude.armable());
+        if let Some(level) = self.sensing.learn(stands, armable, period) {
+            self.attitude.rest(level);
+            self.balance.forget_rates();
+        }
         if let Some(speed) = self.estimator.take_speed(&self.attitude) {
             self.body.receive_speed(speed, &self.attitude);
         }

@@ -17,6 +17,7 @@ pub use telemetry::Telemetry;
 use crate::estimate::attitude::Attitude;
 use crate::math::max;
 use crate::sensing::Sensing;
+use crate::sensing::rest::RATE_BOUND;
 use crate::sensing::trust::{Reason, Trust};
 use crate::settings::{Setting, Settings};
 use crate::stability::allowed::Stop;
@@ -49,6 +50,8 @@ pub struct Balance {
     filter_active: bool,
     settings_doubted: bool,
     trust: Trust,
+    /// Constant error of the gyroscope, rad/s.
+    rate_at_rest: f32,
     criterion: Criterion,
     bands: Bands,
     trip: Trip,
@@ -74,6 +77,7 @@ impl Balance {
             filter_active: settings.get(Setting::FilterActive) == 1,
             settings_doubted: false,
             trust: Trust::None(Reason::Silent),
+            rate_at_rest: 0.0,
             criterion: Criterion::default(),
             bands: Bands::default(),
             trip: Trip::default(),
@@ -102,12 +106,9 @@ impl Balance {
         speed: f32,
         period: f32,
     ) {
-        let rotation = sensing.unseen_rotation();
-        self.parameters.uncertainty.attitude = if rotation > 0.0 {
-            rotation * stance.height()
-        } else {
-            0.0
-        };
+        let tilt = sensing.uncertain_tilt(attitude.memory());
+        self.parameters.uncertainty.attitude = tilt * stance.height();
+        self.rate_at_rest = sensing.rest().largest_rate();
         let force = sensing.level_force(&attitude.level_axes(), period);
         self.found = self
             .criterion
@@ -118,7 +119,7 @@ impl Balance {
         }
         if matches!(self.trust, Trust::None(_)) || !attitude.settled() {
             // The steps to an attitude that is believed are no rates of a margin.
-            self.tracker = Tracker::default();
+            self.forget_rates();
         }
         (self.stance, self.speed) = (*stance, speed);
         let rate = attitude.level(sensing.body().angular_rate);
@@ -133,6 +134,11 @@ impl Balance {
         self.limits = MotionLimits::of(&self.found, &self.parameters);
         self.bands
             .update(&self.found.margins, period, &self.parameters);
+    }
+
+    /// Forgets the rates of the margins, because the attitude has made a step that is no motion.
+    pub fn forget_rates(&mut self) {
+        self.tracker = Tracker::default();
     }
 
     /// Checks whether a robot with this stance on level ground may be armed.
@@ -166,6 +172,10 @@ impl Balance {
         }
         if let Trust::None(reason) = self.trust {
             return Some(Refusal::Sensors { reason });
+        }
+        let (rate, bound) = (self.rate_at_rest, RATE_BOUND);
+        if !(rate <= bound) {
+            return Some(Refusal::RateAtRest { rate, bound });
         }
         if !(homes && self.filter_active) {
             return None;

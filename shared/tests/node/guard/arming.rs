@@ -256,7 +256,7 @@ fn first_readings_that_are_wrong_do_not_trip_the_guard_as_soon_as_it_is_armed() 
     bench.request(Request::Arm);
     bench.run(60);
     bench.body = Some(standing(0.0));
-    let tripped = (0..800).any(|_| {
+    let tripped = (0..1_800).any(|_| {
         let verdict = verdict(&bench.tick());
         matches!(verdict, Some(Verdict::Tripped(_)))
     });

@@ -30,6 +30,8 @@ pub struct Bench {
     pub now_us: u64,
     pub command: Option<OperatorCommand>,
     pub body: Option<BodySensors>,
+    /// The sensors have no noise.
+    pub exact: bool,
     pub extra: Vec<Frame>,
     pub silent: Option<u8>,
     /// Position of the chassis joint: the one that the guard commanded last.
@@ -90,6 +92,7 @@ impl Bench {
                 ..OperatorCommand::default()
             }),
             body: Some(standing(0.0)),
+            exact: false,
             extra: Vec::new(),
             silent: None,
             joint: 0,
@@ -173,7 +176,13 @@ impl Bench {
         });
         let inputs = Inputs {
             now_us: self.now_us,
-            body: self.body.map(|reading| noisy(reading, self.now_us / 1_000)),
+            body: self.body.map(|reading| {
+                if self.exact {
+                    reading
+                } else {
+                    noisy(reading, self.now_us / 1_000)
+                }
+            }),
             operator,
             emergency_stop: self.emergency_stop,
             frames: &frames,

@@ -1,10 +1,11 @@
 //! Tests of how far the guard believes its sensors and its settings.
 
 use super::bench::{Bench, standing, verdict};
+use tautrack::bus::pdo::Request;
 use tautrack::node::guard::State;
 use tautrack::sensing::trust::{Reason, Trust};
 use tautrack::sensors::{BodySensors, Fresh, Sensor};
-use tautrack::settings::Setting;
+use tautrack::settings::{Setting, Settings};
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::parameters::Refusal;
 use tautrack::stability::support::Edge;
@@ -87,6 +88,180 @@ fn an_undeclared_load_narrows_every_margin_by_what_it_can_do() {
     for (before, after) in [(without.back, with.back), (without.left, with.left)] {
         assert!((before - after - 32).abs() <= 1, "{without:?} {with:?}");
     }
+}
+
+/// A sensor with a fault that one reading shows, and how it is named.
+type Fault = (fn(&mut BodySensors), Sensor, Reason);
+
+/// An accelerometer whose registers read zero, sensors on a board that is upside down, and a robot
+/// that falls. Its trip by the sensors follows 100 ms later.
+#[test]
+fn zeros_a_sensor_upside_down_and_free_fall_are_named_within_100_ms() {
+    let faults: [Fault; 4] = [
+        (
+            |body| body.specific_force = [0.0; 3],
+            Sensor::Accelerometer,
+            Reason::Zero,
+        ),
+        (
+            |body| body.specific_force[2] = -9.81,
+            Sensor::Accelerometer,
+            Reason::UpsideDown,
+        ),
+        (
+            |body| body.inclination = [3.1, 0.0],
+            Sensor::Inclinometer,
+            Reason::UpsideDown,
+        ),
+        (
+            |body| body.specific_force = [0.4, -0.3, 1.0],
+            Sensor::Accelerometer,
+            Reason::FreeFall,
+        ),
+    ];
+    for (fault, sensor, reason) in faults {
+        let mut bench = Bench::armed();
+        bench.ask(130);
+        bench.run(1_000);
+        let mut body = standing(0.0);
+        fault(&mut body);
+        // The digits of an accelerometer without supply do not change.
+        bench.exact = reason == Reason::Zero;
+        bench.body = Some(body);
+        let outputs = bench.run(100);
+        assert_eq!(verdict(&outputs), Some(Verdict::Blind(reason)));
+        assert_eq!(
+            bench.guard.sensor(sensor).health,
+            Trust::None(reason).code()
+        );
+        let outputs = bench.run(150);
+        assert_eq!(outputs.passed.passed_speed, 0);
+        let snapshot = bench.guard.telemetry().snapshot;
+        assert_eq!(
+            snapshot.map(|kept| kept.cause),
+            Some(Cause::Sensors(reason))
+        );
+    }
+}
+
+/// A fall of 20 cm lasts 202 ms, one of 5 cm 101 ms, one of 1 cm 45 ms. After a short one the robot
+/// drives on; it trips 160 ms after the beginning of a long one.
+#[test]
+fn a_robot_that_is_dropped_stops_and_trips_if_it_falls_deep() {
+    for (fall_ms, named, trips) in [(45, false, false), (101, true, false), (202, true, true)] {
+        let mut bench = Bench::armed();
+        bench.ask(130);
+        bench.run(1_500);
+        bench.body = Some(BodySensors {
+            specific_force: [0.1, 0.0, 0.1],
+            ..standing(0.0)
+        });
+        let mut falls = false;
+        for _ in 0..fall_ms {
+            falls |= verdict(&bench.tick()) == Some(Verdict::Blind(Reason::FreeFall));
+        }
+        assert_eq!(falls, named, "{fall_ms} ms");
+        // The impact.
+        bench.body = Some(BodySensors {
+            specific_force: [0.0, 0.0, 50.0],
+            ..standing(0.0)
+        });
+        bench.run(20);
+        bench.body = Some(standing(0.0));
+        let outputs = bench.run(1_000);
+        assert_eq!(outputs.passed.passed_speed == 0, trips, "{fall_ms} ms");
+        assert_eq!(bench.guard.telemetry().tripped, trips, "{fall_ms} ms");
+    }
+}
+
+/// Readings of a robot at rest whose gyroscope has this constant error about y, degrees/s.
+fn biased(degrees: f32) -> BodySensors {
+    BodySensors {
+        angular_rate: [0.0, degrees.to_radians(), 0.0],
+        ..standing(0.0)
+    }
+}
+
+fn powered_up(degrees: f32) -> Bench {
+    let mut bench = Bench::new(&Settings::default());
+    bench.body = Some(biased(degrees));
+    bench.run(200);
+    bench.request(Request::Arm);
+    bench.run(1_800);
+    bench
+}
+
+#[test]
+fn a_gyroscope_with_a_constant_error_of_4_degrees_per_second_does_not_turn_the_pitch() {
+    for degrees in [-4.0, 4.0] {
+        let mut bench = powered_up(degrees);
+        let outputs = bench.run(4);
+        assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
+        bench.ask(130);
+        bench.velocities = [1_000_000; 2];
+        let outputs = bench.run(8_000);
+        assert_eq!(verdict(&outputs), Some(Verdict::Passed));
+        let pitch = outputs.motion.pitch;
+        assert!(pitch.abs() <= 10, "{degrees}: {pitch} of 0.01 degree");
+    }
+}
+
+#[test]
+fn a_gyroscope_that_reads_too_much_at_rest_is_not_armed_and_the_refusal_has_the_value() {
+    for (degrees, armed) in [(5.9, true), (-5.9, true), (6.2, false), (-6.2, false)] {
+        let mut bench = powered_up(degrees);
+        let state = State::from_code(bench.run(4).state.state);
+        assert_eq!(state == Some(State::Armed), armed, "{degrees}");
+        let refusal = bench.guard.telemetry().refusal;
+        match refusal {
+            None => assert!(armed),
+            Some(Refusal::RateAtRest { rate, bound }) => {
+                assert!((rate.to_degrees() - degrees.abs()).abs() < 0.01 && bound < rate);
+            }
+            Some(_) => panic!("{refusal:?}"),
+        }
+    }
+}
+
+/// B2P2's centre of gravity is some 0.1 m above its edges, and 12 degrees take 20 mm.
+#[test]
+fn a_robot_that_is_carried_is_armed_with_narrow_margins_until_it_stands() {
+    let mut bench = Bench::new(&Settings::default());
+    let carry = |bench: &mut Bench, ticks: u32| {
+        for _ in 0..ticks {
+            let time = bench.now_us as f32 * 1e-6;
+            bench.body = Some(BodySensors {
+                angular_rate: [0.0, -0.1 * time.cos(), 0.0],
+                ..standing(0.1 * time.sin())
+            });
+            bench.tick();
+        }
+    };
+    carry(&mut bench, 200);
+    bench.request(Request::Arm);
+    carry(&mut bench, 1_000);
+    let outputs = bench.guard.outputs().clone();
+    assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
+    assert_eq!(bench.guard.telemetry().refusal, None);
+    // The last moments of the motion, at its top.
+    bench.body = Some(standing(0.0));
+    let carried = bench.run(100).margins;
+    let stands = bench.run(3_000);
+    let lost = stands.margins.left - carried.left;
+    assert!((10..=60).contains(&lost), "{lost}");
+    assert!(!bench.guard.telemetry().tripped);
+}
+
+/// B2P2's centre of gravity is some 0.1 m above its edges: a residual of 0.1 degree/s a minute, over
+/// a time constant of 2 s, takes 0.35 mm a minute from every margin.
+#[test]
+fn margins_narrow_with_the_time_since_the_robot_rested() {
+    let mut bench = Bench::with(&[(Setting::PayloadMass, 4_000), (Setting::PayloadUp, 400_000)]);
+    let before = bench.run(100).margins;
+    bench.velocities = [1_000_000; 2];
+    let after = bench.run(300_000).margins;
+    let lost = [before.back - after.back, before.left - after.left];
+    assert!(lost.iter().all(|lost| (3..=8).contains(lost)), "{lost:?}");
 }
 
 /// Settings of sensors that measure 50 times per second.

@@ -49,9 +49,12 @@ fn powered(bench: &Bench) -> [bool; 4] {
 
 impl Sequence {
     fn new(seed: u64) -> Self {
+        let mut bench = Bench::new(&Settings::default());
+        // The guard learns the constant error of the gyroscope.
+        bench.run(1_100);
         Self {
             random: Random(seed),
-            bench: Bench::new(&Settings::default()),
+            bench,
             second: None,
             mixed_ms: 0,
             before: [false; 4],
