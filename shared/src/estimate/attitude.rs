@@ -53,7 +53,7 @@ const LEAST_COSINE: f32 = 0.2;
 /// yaw rate, over `g`. The filter subtracts both with the speed of the drives ([`Self::travel`]),
 /// but no more than the inclinometer shows: tracks or wheels that spin do not accelerate the body.
 /// While the drives explain the whole reading, the gyroscope alone carries the estimate
-/// ([`Self::memory`]). So in a turn the estimate errs by what the gyroscope drifts meanwhile, and
+/// ([`Self::drift`]). So in a turn the estimate errs by what the gyroscope drifts meanwhile, and
 /// never by more than this acceleration over `g`, whether the tracks slip or not.
 /// It takes every reading, however far its magnitude is from `g`: the mean acceleration of a robot
 /// that is stopped and set in motion again is zero, but not if the readings of the stop are left
@@ -75,8 +75,10 @@ pub struct Attitude {
     measured: [f32; 2],
     explained: [f32; 2],
     contradiction: [f32; 2],
-    /// Time for which the drives have explained the whole reading, s.
+    /// Time for which the drives have explained the whole reading, s, and the largest angle that
+    /// they have explained meanwhile, rad.
     unlevelled: f32,
+    hidden: f32,
     pitch_rate: f32,
     heading: Angle,
     /// Time from the first inclination, or from the end of an outage, to the newest one, s, up to
@@ -149,14 +151,18 @@ impl Attitude {
                 let measured = (level[axis] - tilt).radians();
                 self.measured[axis] += (measured - self.measured[axis]) * share;
                 self.contradiction[axis] = unexplained(self.measured[axis], self.explained[axis]);
-                all_explained |= !(self.contradiction[axis].abs() > 0.0);
+                if !(self.contradiction[axis].abs() > 0.0) {
+                    all_explained = true;
+                    self.hidden = max(self.hidden, self.explained[axis].abs());
+                }
                 step[axis] += self.contradiction[axis] * correction;
             }
-            self.unlevelled += if all_explained {
-                self.levelled
+            if all_explained {
+                self.unlevelled += self.levelled;
             } else {
-                -self.unlevelled * correction
-            };
+                self.unlevelled -= self.unlevelled * correction;
+                self.hidden -= self.hidden * correction;
+            }
             (self.levelled, self.levelled_speed) = (0.0, self.speed);
         }
         let tilt = [pitch, roll];
@@ -234,12 +240,7 @@ impl Attitude {
 
     /// Whether the first readings still change the estimate by more than an armed robot bears.
     pub fn settling(&self) -> bool {
-        self.known() && !self.armable()
-    }
-
-    /// Whether the estimate is good enough for a robot to be armed.
-    pub fn armable(&self) -> bool {
-        self.running >= ARMABLE
+        self.known() && self.running < ARMABLE
     }
 
     /// Pitch, nose up positive.
@@ -257,9 +258,9 @@ impl Attitude {
         self.pitch_rate
     }
 
-    /// Time for which an error of the gyroscope's rate turns the estimate, s.
-    pub fn memory(&self) -> f32 {
-        LEVEL_TIME + self.unlevelled
+    /// Largest error of the estimate, rad, if the gyroscope's rate is wrong by `rate`, rad/s.
+    pub fn drift(&self, rate: f32) -> f32 {
+        rate * LEVEL_TIME + min(rate * self.unlevelled, self.hidden)
     }
 
     /// Inclinometer minus estimate without what the drives explain, averaged over 0.3 s: pitch and

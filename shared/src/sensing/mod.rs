@@ -111,16 +111,17 @@ impl Sensing {
     }
 
     /// Learns the constant errors of the sensors, `period` s after the previous call, while the
-    /// robot does not roll (`stands`). From the first time on that the robot may be armed
-    /// (`armable`), errors that are not learned yet count as the worst ones. Returns pitch and
-    /// roll, rad, when the errors are learned for the first time.
-    pub fn learn(&mut self, stands: bool, armable: bool, period: f32) -> Option<[f32; 2]> {
+    /// robot does not roll (`stands`). Returns pitch and roll, rad, when the errors are learned for
+    /// the first time.
+    pub fn learn(&mut self, stands: bool, period: f32) -> Option<[f32; 2]> {
         let believed = self.gravity.worst().or(self.watch.own_trust()) == Trust::Full;
-        let level = self.rest.advance(stands && believed, period);
-        if armable {
-            self.rest.assume_worst();
-        }
-        level
+        self.rest.advance(stands && believed, period)
+    }
+
+    /// Notes for one SYNC period of `period` s whether the robot could be armed if it had rested
+    /// (`waits`). Returns whether it waits on.
+    pub fn await_rest(&mut self, waits: bool, period: f32) -> bool {
+        self.rest.wait(waits, period)
     }
 
     /// Returns the constant errors of the sensors.
@@ -137,7 +138,7 @@ impl Sensing {
         period: f32,
     ) -> Trust {
         // Before the first rest, the force has the constant error of the accelerometer.
-        let slow = slow && !self.rest.expected();
+        let slow = slow && self.rest.rate_uncertainty() > 0.0;
         self.watch.compare(force, attitude, slow, period);
         self.gravity.worst().or(self.watch.trust())
     }
@@ -153,10 +154,9 @@ impl Sensing {
     }
 
     /// Largest error of the attitude, rad: what it may have turned unseen
-    /// ([`Watch::unseen_rotation`]), and what the rest of the gyroscope's constant error turns it
-    /// in `memory` s ([`Attitude::memory`]).
-    pub fn uncertain_tilt(&self, memory: f32) -> f32 {
-        self.watch.unseen_rotation() + self.rest.rate_uncertainty() * memory
+    /// ([`Watch::unseen_rotation`]), and what the rest of the gyroscope's constant error turns it.
+    pub fn uncertain_tilt(&self, attitude: &Attitude) -> f32 {
+        self.watch.unseen_rotation() + attitude.drift(self.rest.rate_uncertainty())
     }
 
     /// Returns age, rate and health of a sensor.

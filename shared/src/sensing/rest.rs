@@ -35,6 +35,12 @@ const LONGEST: f32 = 50.0;
 const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
+/// Uncertainty with which the robot is armed at once, rad/s: 0.5 degree/s, which turns the attitude
+/// by 1 degree.
+const ENOUGH: f32 = 8.7e-3;
+/// Time for which the start waits for that, s. Then an error that is not learned counts as the worst
+/// one.
+const PATIENCE: f32 = 3.0;
 /// Standard deviations of the noise that are allowed on top.
 const SIGMAS: f32 = 3.0;
 
@@ -82,6 +88,8 @@ pub struct Rest {
     /// Uncertainty of the rate when it was learned, rad/s, and the time since, s.
     uncertainty: f32,
     age: f32,
+    /// Time for which the start has waited, s.
+    waited: f32,
 }
 
 impl<const N: usize> Default for Readings<N> {
@@ -182,13 +190,6 @@ impl Rest {
         self.learn(&first, &means)
     }
 
-    /// Takes the uncertainty of a gyroscope that nobody knows, unless the errors are learned.
-    pub fn assume_worst(&mut self) {
-        if !self.learned {
-            (self.uncertainty, self.age) = (RATE_BOUND, 0.0);
-        }
-    }
-
     fn begin(&mut self, means: Option<Means>) {
         self.first = means;
         self.windows = 1.0;
@@ -250,9 +251,13 @@ impl Rest {
     }
 
     /// Largest rate by which the gyroscope may be wrong without its constant error, rad/s. It is 0
-    /// until the error is learned or [`Self::assume_worst`] is called.
+    /// until the error is learned or [`Self::wait`] gives up.
     pub fn rate_uncertainty(&self) -> f32 {
-        self.uncertainty + DRIFT * self.age
+        if self.uncertainty > 0.0 {
+            self.uncertainty + DRIFT * self.age
+        } else {
+            0.0
+        }
     }
 
     /// Largest constant error of an axis of the gyroscope, rad/s; 0 before it is learned.
@@ -261,9 +266,15 @@ impl Rest {
         max(x, max(y, z))
     }
 
-    /// Whether the errors are neither learned nor taken for the worst ones.
-    pub fn expected(&self) -> bool {
-        !self.learned && !(self.uncertainty > 0.0)
+    /// Notes for `period` s whether the start waits for a rest (`waits`). Returns whether it waits
+    /// on: until the errors are known well enough, and no longer than [`PATIENCE`].
+    pub fn wait(&mut self, waits: bool, period: f32) -> bool {
+        self.waited = if waits { self.waited + period } else { 0.0 };
+        let patient = self.waited < PATIENCE;
+        if !(patient || self.learned) {
+            (self.uncertainty, self.age) = (RATE_BOUND, 0.0);
+        }
+        patient && !(self.learned && self.rate_uncertainty() <= ENOUGH)
     }
 }
 

@@ -34,13 +34,18 @@ pub struct Uncertainty {
 }
 
 impl Uncertainty {
-    /// Distance that is subtracted from every margin, m: the uncertainty of the centre of gravity,
-    /// plus the distance `dm / (m + dm) reach` by which the load can shift it, plus the
-    /// distance by which an error of the attitude does.
+    /// Distance that is subtracted from every margin, m: [`Self::at_known_attitude`], plus the
+    /// distance by which an error of the attitude moves the centre of gravity.
     #[inline]
     pub fn deduction(&self) -> f32 {
-        let load = self.mass / (self.robot_mass + self.mass) * self.reach;
-        self.cog + load + self.attitude
+        self.at_known_attitude() + self.attitude
+    }
+
+    /// Uncertainty of the centre of gravity, m, plus the distance `dm / (m + dm) reach` by which
+    /// the load can shift it.
+    #[inline]
+    pub fn at_known_attitude(&self) -> f32 {
+        self.cog + self.mass / (self.robot_mass + self.mass) * self.reach
     }
 }
 
@@ -242,7 +247,7 @@ impl Parameters {
         if !numbers.all(f32::is_finite) {
             return Err(Refusal::NotFinite);
         }
-        let deduction = self.uncertainty.deduction();
+        let deduction = self.uncertainty.at_known_attitude();
         let mut bearable = f32::INFINITY;
         if stance.contacts().next().is_none() {
             return Err(Refusal::NoSupport);

@@ -140,7 +140,7 @@ fn a_robot_that_turns_or_rocks_slowly_teaches_no_more_than_the_uncertainty() {
     }
     let mut turning = Robot::new([0.0; 3]);
     assert!(turning.run(20.0, true, motions[0]).is_none());
-    turning.rest.assume_worst();
+    assert!(!turning.rest.wait(true, 3.0));
     let bound = turning.rest.rate_uncertainty().to_degrees();
     assert!((bound - 6.0).abs() < 0.1, "{bound}");
 }
@@ -216,6 +216,6 @@ fn a_force_that_is_far_from_gravity_is_not_learned() {
     let mut robot = Robot::new([0.0; 3]);
     robot.force_error = [0.34 * GRAVITY, 0.0, 0.0];
     robot.run(3.0, true, STANDING);
-    assert!(!robot.rest.expected());
+    assert!(!robot.rest.wait(true, 0.1));
     assert!(near(robot.rest.force(), [0.0; 3], 0.0));
 }

@@ -80,6 +80,8 @@ impl<B: Body> Guard<B> {
         // The first readings may be wrong. Until they have settled, the start waits.
         let refusal = self.start_refusal().filter(|_| starts);
         let refused = refusal.filter(|_| !self.attitude.settling());
+        let last = State::Starting(B::STAGES.len() as u8 - 1);
+        let unrested = (self.sensing).await_rest(before == last, self.schedule.period());
         let conditions = Conditions {
             complete,
             fault: self.fault.is_some() || self.drives.reset_under_way(),
@@ -87,7 +89,7 @@ impl<B: Body> Guard<B> {
             arms: arms && refusal.is_none(),
             refused: refused.is_some(),
             open: self.gate == Gate::Open,
-            settling: self.attitude.settling(),
+            settling: self.attitude.settling() || unrested,
         };
         let drives = self.drives.states();
         self.state = sequence::next(before, conditions, &mut self.body, drives, now_us);

@@ -29,8 +29,7 @@ impl<B: Body> Guard<B> {
     #[inline(never)]
     pub(super) fn evaluate(&mut self) {
         let period = self.schedule.period();
-        let (stands, armable) = (!self.drives.roll(), self.attitude.armable());
-        if let Some(level) = self.sensing.learn(stands, armable, period) {
+        if let Some(level) = self.sensing.learn(!self.drives.roll(), period) {
             self.attitude.rest(level);
             self.balance.forget_rates();
         }

@@ -106,7 +106,7 @@ impl Balance {
         speed: f32,
         period: f32,
     ) {
-        let tilt = sensing.uncertain_tilt(attitude.memory());
+        let tilt = sensing.uncertain_tilt(attitude);
         self.parameters.uncertainty.attitude = tilt * stance.height();
         self.rate_at_rest = sensing.rest().largest_rate();
         let force = sensing.level_force(&attitude.level_axes(), period);
