@@ -3,10 +3,10 @@
 //! A gyroscope that warms up from -25 to 20 degrees C reads several degrees/s at rest. The robot
 //! rests while no track or wheel turns and no mean of inclinometer, accelerometer and gyroscope over
 //! [`WINDOW`] differs from that at the beginning of the rest, but for the noise that the readings
-//! show. Then the gyroscope's mean is its constant error. A rotation that the inclinometer does not
-//! show can be part of it: that of [`ROTATION`] and the noise, in the time of the rest. A rotation
-//! about the vertical is never shown. So a rest teaches nothing if it changes the error by more than
-//! that can have changed since the rest before.
+//! show. Then the gyroscope's mean is its constant error. A rotation can be part of it: what the
+//! inclinometer shows from the first window to the last one and what its noise hides, in the time
+//! of the rest. A rotation about the vertical is never shown. So a rest teaches nothing if it
+//! changes the error by more than that can have changed since the rest before.
 
 use crate::constants::GRAVITY;
 use crate::math::{max, sin_cos, sqrt};
@@ -35,9 +35,9 @@ const LONGEST: f32 = 50.0;
 const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
-/// Uncertainty with which the robot is armed at once, rad/s: 0.5 degree/s, which turns the attitude
-/// by 1 degree.
-const ENOUGH: f32 = 8.7e-3;
+/// Uncertainty with which the robot is armed at once, rad/s: 0.25 degree/s, which turns the attitude
+/// by half a degree.
+const ENOUGH: f32 = 4.4e-3;
 /// Time for which the start waits for that, s. Then an error that is not learned counts as the worst
 /// one.
 const PATIENCE: f32 = 3.0;
@@ -147,6 +147,15 @@ impl<const N: usize> Mean<N> {
         })
     }
 
+    /// Largest change of an axis, with its error by the noise of both means.
+    fn change(&self, now: &Self) -> f32 {
+        (0..N).fold(0.0, |most, axis| {
+            let change = (now.value[axis] - self.value[axis]).abs();
+            let variance = self.variance[axis] + now.variance[axis];
+            max(most, change + SIGMAS * sqrt(variance))
+        })
+    }
+
     /// Largest error of the mean by its noise.
     fn noise(&self) -> f32 {
         SIGMAS * sqrt(self.variance.into_iter().fold(0.0, max))
@@ -197,7 +206,7 @@ impl Rest {
     }
 
     fn learn(&mut self, first: &Means, means: &Means) -> Option<[f32; 2]> {
-        let rotation = ROTATION + first.inclination.noise() + means.inclination.noise();
+        let rotation = first.inclination.change(&means.inclination);
         let uncertainty =
             rotation / (WINDOW * (self.windows - 1.0)) + means.rate.noise() / sqrt(self.windows);
         let known = self.learned;

@@ -95,7 +95,6 @@ fn the_first_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
             let mut robot = Robot::new(rate_error);
             robot.force_error = [0.98 * sign, 0.98, -0.98 * sign];
             assert!(robot.run(0.38, true, &|_| (pitch, 0.0)).is_none());
-            assert!(robot.rest.expected());
             let level = robot.run(0.03, true, &|_| (pitch, 0.0)).expect("a rest");
             assert!((f64::from(level[0]) - pitch).abs() < 1e-3, "{level:?}");
             assert!(
@@ -161,18 +160,19 @@ fn a_rest_that_changes_the_error_by_more_than_it_can_drift_teaches_nothing() {
     assert!(near(taught, [1.0, -2.0, 3.1], 0.02), "{taught:?}");
 }
 
-/// 0.1 degree in 0.2 s is 0.5 degree/s; in 0.8 s it is 0.125 degree/s. The readings of the test have
-/// a noise of 1.5 mrad: 0.1 mrad in the mean of 200. The error grows by 0.1 degree/s in a minute.
+/// The readings of the test have a noise of 1.5 mrad: 0.1 mrad in the mean of 200. Three to four
+/// times that of two means is 0.03 degrees, in 0.2 s and in 0.8 s. The error grows by 0.1 degree/s
+/// in a minute.
 #[test]
 fn the_uncertainty_falls_with_the_rest_and_grows_after_it() {
     let uncertainty = |robot: &Robot| robot.rest.rate_uncertainty().to_degrees();
     let mut robot = Robot::new([0.0; 3]);
     robot.run(0.41, true, STANDING);
     let first = uncertainty(&robot);
-    assert!((0.6..0.8).contains(&first), "{first}");
+    assert!((0.1..0.3).contains(&first), "{first}");
     robot.run(0.63, true, STANDING);
     let second = uncertainty(&robot);
-    assert!((0.15..0.25).contains(&second), "{second}");
+    assert!((0.02..0.1).contains(&second), "{second}");
     robot.run(60.0, false, STANDING);
     let grown = uncertainty(&robot) - second;
     assert!((grown - 0.1).abs() < 0.01, "{grown}");
@@ -203,7 +203,7 @@ fn a_noisy_robot_at_rest_is_learned_less_precisely() {
             let learned = robot.run(1.01, true, STANDING);
             assert!(learned.is_some(), "{noise} {seed}");
             let bound = robot.rest.rate_uncertainty().to_degrees();
-            assert!((0.2..6.0).contains(&bound), "{noise} {seed}: {bound}");
+            assert!((0.1..6.0).contains(&bound), "{noise} {seed}: {bound}");
             let taught = robot.learned();
             assert!(near(taught, [4.0, -4.0, 4.0], bound), "{taught:?} {bound}");
         }

@@ -62,7 +62,7 @@ fn outcome(scenario: &Scenario, board: Board) -> (Summary, Vec<Sample>) {
 
 /// Virtual time over which emulated and host nodes are compared, s. It includes homing, arming
 /// and the first motion of each robot's task.
-const COMPARED_S: f64 = 8.0;
+const COMPARED_S: f64 = 9.0;
 
 /// Runs the beginning of a shipped scenario with emulated and with nodes in this process, and
 /// asserts that plant and frames are bit-identical.

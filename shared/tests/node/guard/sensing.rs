@@ -239,7 +239,7 @@ fn a_robot_that_is_carried_is_armed_with_narrow_margins_until_it_stands() {
     };
     carry(&mut bench, 200);
     bench.request(Request::Arm);
-    carry(&mut bench, 1_000);
+    carry(&mut bench, 4_000);
     let outputs = bench.guard.outputs().clone();
     assert_eq!(State::from_code(outputs.state.state), Some(State::Armed));
     assert_eq!(bench.guard.telemetry().refusal, None);
