@@ -15,7 +15,7 @@ use tautrack::sensors::BodySensors;
 use tautrack::settings::Setting;
 
 /// Ticks before counting starts, in which the robot is armed.
-const WARM_UP: u32 = 2_000;
+const WARM_UP: u32 = 4_000;
 /// Counted ticks.
 const TICKS: u32 = 2_000;
 /// Ticks between two heartbeats of a drive, and the maximum number of the drives' answers to a

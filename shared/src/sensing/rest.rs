@@ -1,12 +1,12 @@
 //! Learns the constant errors of gyroscope and accelerometer while the robot rests.
 //!
 //! A gyroscope that warms up from -25 to 20 degrees C reads several degrees/s at rest. The robot
-//! rests while no track or wheel turns and no mean of inclinometer, accelerometer and gyroscope over
-//! [`WINDOW`] differs from that at the beginning of the rest, but for the noise that the readings
-//! show. Then the gyroscope's mean is its constant error. A rotation can be part of it: what the
-//! inclinometer shows from the first window to the last one and what its noise hides, in the time
-//! of the rest. A rotation about the vertical is never shown. So a rest teaches nothing if it
-//! changes the error by more than that can have changed since the rest before.
+//! rests while no track or wheel turns and no mean of inclinometer, accelerometer and gyroscope
+//! over [`WINDOW`] differs from that at the beginning of the rest, but for the noise that the
+//! readings show. Then the gyroscope's mean is its constant error. A rotation can be part of it:
+//! what the inclinometer shows from the first window to the last one and what its noise hides, in
+//! the time of the rest. A rotation about the vertical is never shown. So a rest teaches nothing if
+//! it changes the error by more than that can have changed since the rest before.
 
 use crate::constants::GRAVITY;
 use crate::math::{max, sin_cos, sqrt};
@@ -35,12 +35,12 @@ const LONGEST: f32 = 50.0;
 const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
-/// Uncertainty with which the robot is armed at once, rad/s: 0.25 degree/s, which turns the attitude
-/// by half a degree.
+/// Uncertainty with which the robot is armed at once, rad/s: 0.25 degree/s, which turns the
+/// attitude by half a degree.
 const ENOUGH: f32 = 4.4e-3;
-/// Time for which the start waits for that, s. Then an error that is not learned counts as the worst
-/// one.
-const PATIENCE: f32 = 3.0;
+/// Time for which the start waits for that, s. Then an error that is not learned counts as the
+/// worst one.
+const LONGEST_WAIT: f32 = 3.0;
 /// Standard deviations of the noise that are allowed on top.
 const SIGMAS: f32 = 3.0;
 
@@ -276,14 +276,14 @@ impl Rest {
     }
 
     /// Notes for `period` s whether the start waits for a rest (`waits`). Returns whether it waits
-    /// on: until the errors are known well enough, and no longer than [`PATIENCE`].
+    /// on: until the errors are known well enough, and no longer than [`LONGEST_WAIT`].
     pub fn wait(&mut self, waits: bool, period: f32) -> bool {
         self.waited = if waits { self.waited + period } else { 0.0 };
-        let patient = self.waited < PATIENCE;
-        if !(patient || self.learned) {
+        let longer = self.waited < LONGEST_WAIT;
+        if !(longer || self.learned) {
             (self.uncertainty, self.age) = (RATE_BOUND, 0.0);
         }
-        patient && !(self.learned && self.rate_uncertainty() <= ENOUGH)
+        longer && !(self.learned && self.rate_uncertainty() <= ENOUGH)
     }
 }
 

@@ -230,9 +230,9 @@ impl Turn {
 }
 
 /// The acceleration of the drives over g is up to 5.8 degrees. An estimate that subtracts it while
-/// the tracks spin would be wrong by as much. The gyroscope is wrong by up to 0.1 degree/s: it turns
-/// the estimate by 0.2 degree while the inclinometer corrects, and by 1.5 degrees in 15 s while the
-/// drives explain its reading.
+/// the tracks spin would be wrong by as much. The gyroscope is wrong by up to 0.1 degree/s: it
+/// turns the estimate by 0.2 degree while the inclinometer corrects, and by 1.5 degrees in 15 s
+/// while the drives explain its reading.
 #[test]
 fn spinning_tracks_turn_the_estimate_by_no_more_than_the_gyroscope_drifts() {
     let mut random = crate::random::Random(7);

@@ -109,8 +109,8 @@ fn the_first_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
     }
 }
 
-/// Rocking by a degree, and the slow turn of a robot that is carried. What is learned is wrong by no
-/// more than the uncertainty, which a noise of the readings adds to.
+/// Rocking by a degree, and the slow turn of a robot that is carried. What is learned is wrong by
+/// no more than the uncertainty, which a noise of the readings adds to.
 #[test]
 fn a_robot_that_turns_or_rocks_slowly_teaches_no_more_than_the_uncertainty() {
     let rocking = |hertz: f64| move |time: f64| (0.0175 * libm::sin(6.283 * hertz * time), 0.0);

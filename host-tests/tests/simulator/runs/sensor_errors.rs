@@ -29,7 +29,7 @@ fn hazards_are_held_and_legitimate_runs_pass_though_the_sensors_are_off() {
                 for name in [
                     "hazards/front-kept-up",
                     "hazards/payload-4-kg",
-                    "hazards/speed-0.4",
+                    "hazards/riser-18-cm",
                     "hazards/guard-restart-on-stairs",
                 ] {
                     let (_, samples) = outcome(&off(name, sign), Board::Host);

@@ -107,8 +107,8 @@ pub(super) struct Conditions {
     pub refused: bool,
     /// The gate is open, so that a stage makes progress.
     pub open: bool,
-    /// The first readings of the attitude still change it, or the robot has not rested yet. An armed
-    /// guard would take the change for a motion of the robot.
+    /// The first readings of the attitude still change it, or the robot has not rested yet. An
+    /// armed guard would take the change for a motion of the robot.
     pub settling: bool,
 }
 

@@ -252,8 +252,8 @@ fn a_robot_that_is_carried_is_armed_with_narrow_margins_until_it_stands() {
     assert!(!bench.guard.telemetry().tripped);
 }
 
-/// B2P2's centre of gravity is some 0.1 m above its edges: a residual of 0.1 degree/s a minute, over
-/// a time constant of 2 s, takes 0.35 mm a minute from every margin.
+/// B2P2's centre of gravity is some 0.1 m above its edges: a residual of 0.1 degree/s a minute,
+/// over a time constant of 2 s, takes 0.35 mm a minute from every margin.
 #[test]
 fn margins_narrow_with_the_time_since_the_robot_rested() {
     let mut bench = Bench::with(&[(Setting::PayloadMass, 4_000), (Setting::PayloadUp, 400_000)]);

@@ -56,10 +56,14 @@ fn is_armed(sample: &Sample) -> bool {
     sample.received.guard_state == "armed"
 }
 
+/// The samples before the robot topples.
+fn upright(samples: &[Sample]) -> impl Iterator<Item = &Sample> {
+    samples.iter().take_while(|sample| !sample.truth.toppled)
+}
+
 fn distance_m(samples: &[Sample]) -> f64 {
     let period = 1.0 / f64::from(SAMPLE_HZ);
-    let upright = samples.iter().take_while(|sample| !sample.truth.toppled);
-    upright
+    upright(samples)
         .map(|sample| sample.truth.ground_speed.abs() * period)
         .sum()
 }
@@ -87,13 +91,13 @@ fn topple(scenario: &Scenario, samples: &[Sample]) -> Option<Topple> {
     None
 }
 
-/// Counts the commands by what the guard did with them until the next command.
+/// Counts the commands by what the guard did with them until the next command or the topple.
 fn commands(outcome: &Outcome) -> Commands {
     let mut commands = Commands::default();
     let times = &outcome.commands_s;
     for (index, from_s) in times.iter().enumerate() {
         let until_s = times.get(index + 1).copied().unwrap_or(f64::INFINITY);
-        let meanwhile = outcome.samples.iter().filter(|sample| {
+        let meanwhile = upright(&outcome.samples).filter(|sample| {
             is_armed(sample) && sample.time_s > *from_s && sample.time_s <= until_s
         });
         let verdicts: Vec<&str> = meanwhile
