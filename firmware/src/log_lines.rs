@@ -35,6 +35,9 @@ pub fn guard(found: &Found) {
             to_i16(trip.margins[trip.edge as usize] * 1e3)
         );
     }
+    if let Some((phase, cause)) = found.clearance {
+        crate::logger::info!("clearance: {} ({})", phase.name(), cause.words());
+    }
     if let Some((sensor, health)) = found.sensor {
         if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(health) {
             crate::logger::warn!("{}: {}", sensor.name(), reason.words());
