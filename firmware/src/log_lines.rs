@@ -45,6 +45,9 @@ pub fn guard(found: &Found) {
         Some(refusal) => crate::logger::warn!("not armed: reason {}", refusal.code()),
         None => {}
     }
+    if let Some((phase, cause)) = found.clearance {
+        crate::logger::info!("clearance: {} ({})", phase.name(), cause.words());
+    }
     if let Some((sensor, health)) = found.sensor {
         if let Some(Trust::Degraded(reason) | Trust::None(reason)) = Trust::from_code(health) {
             crate::logger::warn!("{}: {}", sensor.name(), reason.words());

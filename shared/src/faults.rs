@@ -7,7 +7,8 @@
 pub enum Reaction {
     /// Ramps to standstill and holds the position there with the hold current.
     Hold,
-    /// Shorts the motor's windings: the motor resists motion without a supply.
+    /// Opens the bridge, or shorts the windings if the back-EMF exceeds the supply and the bridge
+    /// bears it ([`BridgeDemand::Brake`](crate::motor::current::BridgeDemand::Brake)).
     Brake,
     /// Opens all transistors of the bridge: the motor turns freely.
     Off,
@@ -105,7 +106,7 @@ faults! {
         "fault reset",
         "Check the analogue inputs and their wiring. If the zero of a current converter has drifted, calibrate the drive.";
     OverVoltage = 0x3210, "over-voltage", Brake,
-        "The supply voltage stayed above `over_voltage` for 5 ms.",
+        "The supply voltage stayed above `over_voltage` for 5 ms, or in two PWM periods of one millisecond. In the second case the PWM interrupt opens the bridge at once.",
         5 "the first voltage above the bound",
         "fault reset, once the supply voltage is back within its limits",
         "The supply cannot absorb the energy of braking: lower the deceleration or add a brake chopper.";

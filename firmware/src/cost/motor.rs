@@ -28,6 +28,7 @@ const CONFIG: Config = Config {
     },
     sensor: RotorSensor::Absolute,
     dead_time: 0.6e-6,
+    continuous_current: 10.0,
     periods_per_control: 20,
 };
 
@@ -72,7 +73,7 @@ fn count_current_interrupt(table: &mut Table) -> Option<()> {
         "current interrupt, three phases",
         &mut Readings {
             currents: [0; 2],
-            rotor: 0,
+            ..Readings::default()
         },
         |readings, call, random| {
             let demand = match call % 16 {
@@ -86,6 +87,7 @@ fn count_current_interrupt(table: &mut Table) -> Option<()> {
             *readings = Readings {
                 currents: [code(random.bits()), code(random.bits())],
                 rotor: random.bits() as u32 >> 20,
+                ..Readings::default()
             };
         },
         |readings| {

@@ -4,8 +4,8 @@ use super::bus::SensorBus;
 use super::condition::Chip;
 use super::device::{Device, TransferError, axes};
 use super::newest::Newest;
-use super::service::{Driver, Failure};
-use embassy_time::Delay;
+use super::service::{self, Driver, Failure};
+use embassy_time::{Delay, Duration};
 use embedded_hal_async::i2c::I2c;
 use lis2duxs12_rs::asynchronous::prelude::{Bw, Fs, Md, Odr, Reg};
 use lis2duxs12_rs::asynchronous::{Error, I2CAddress, ID, Lis2duxs12, from_fs8g_to_mg};
@@ -66,6 +66,7 @@ impl From<Error<TransferError>> for Failure {
 
 impl Driver for Inclinometer {
     const CHIP: Chip = Chip::Inclinometer;
+    const AFTER_TICK: Duration = service::LATER;
 
     fn rate_hz(&self) -> u32 {
         self.rate_hz

@@ -4,9 +4,9 @@ use super::bus::SensorBus;
 use super::condition::Chip;
 use super::device::{Device, TransferError, axes};
 use super::newest::Newest;
-use super::service::{Driver, Failure};
+use super::service::{self, Driver, Failure};
 use core::f32::consts::PI;
-use embassy_time::Delay;
+use embassy_time::{Delay, Duration};
 use embedded_hal_async::i2c::I2c;
 use lsm6dsv16x_rs::asynchronous::prelude::{
     GyFullScale, GyMode, Odr, Reg, Reset, XlFullScale, XlMode, from_fs8_to_mg, from_fs1000_to_mdps,
@@ -89,6 +89,7 @@ impl From<Error<TransferError>> for Failure {
 
 impl Driver for InertialUnit {
     const CHIP: Chip = Chip::InertialUnit;
+    const AFTER_TICK: Duration = service::AFTER_TICK;
 
     fn rate_hz(&self) -> u32 {
         self.rate_hz

@@ -4,8 +4,8 @@ use super::bus::SensorBus;
 use super::condition::Chip;
 use super::device::{Device, TransferError};
 use super::newest::Newest;
-use super::service::{Driver, Failure};
-use embassy_time::Delay;
+use super::service::{self, Driver, Failure};
+use embassy_time::{Delay, Duration};
 use lis2mdl_rs::asynchronous::prelude::{Md, Odr, SetRst};
 use lis2mdl_rs::asynchronous::{Error, I2CAddress, ID, Lis2mdl, from_lsb_to_mgauss};
 
@@ -51,6 +51,7 @@ impl From<Error<TransferError>> for Failure {
 
 impl Driver for Magnetometer {
     const CHIP: Chip = Chip::Magnetometer;
+    const AFTER_TICK: Duration = service::LATER;
 
     fn rate_hz(&self) -> u32 {
         self.rate_hz

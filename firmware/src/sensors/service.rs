@@ -22,6 +22,13 @@ const RETRY: Duration = Duration::from_millis(50);
 const SILENCE: Duration = Duration::from_millis(20);
 const SILENT_PERIODS: u32 = 4;
 
+/// Time from a control tick to the reading of the inertial unit. A control tick takes less, and a
+/// transfer of 0.45 ms ends before the next tick.
+pub(super) const AFTER_TICK: Duration = Duration::from_micros(400);
+/// The same for the other chips. Their transfers wait for that of the inertial unit, and end before
+/// its next one.
+pub(super) const LATER: Duration = Duration::from_micros(500);
+
 /// Rates at which the chips are read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rates {
@@ -72,6 +79,8 @@ impl Failure {
 pub(super) trait Driver {
     /// The chip.
     const CHIP: Chip;
+    /// Time from a control tick to a reading.
+    const AFTER_TICK: Duration;
 
     /// Rate at which the chip is read, Hz.
     fn rate_hz(&self) -> u32;
@@ -135,15 +144,19 @@ async fn serve<D: Driver, B: SensorBus>(
     }
 }
 
-/// Returns a ticker that fires right after control ticks. With readings that end near a control
-/// tick, sometimes before and sometimes after it, one tick would see two of them as one, and the
-/// next one none: the sensor would count as too slow. On the emulated boards a transfer takes no
-/// time, so that readings never end near a tick.
-fn ticker_after_tick(period: Duration, newest: &Newest) -> Ticker {
+/// Returns a ticker that fires `after_tick` after control ticks.
+///
+/// A control tick interrupts this task, for a time that differs from tick to tick. A transfer that
+/// waited for the end of the tick would read the chip at moments that differ as much. If the chip
+/// measures at about the rate at which it is read, and in between these moments, some transfers
+/// find no reading and others skip one: the sensor counts as too slow. If transfers end near a
+/// tick, sometimes before and sometimes after it, one tick sees two readings as one, and the next
+/// one none. On the emulated boards a transfer takes no time, so that no reading ends near a tick.
+fn ticker_after_tick(period: Duration, after_tick: Duration, newest: &Newest) -> Ticker {
     let mut ticker = Ticker::every(period);
     let taken = newest.taken().filter(|taken| taken.elapsed() < period);
     if let (Some(taken), true) = (taken, cfg!(feature = "stm32g4")) {
-        ticker.reset_at(taken);
+        ticker.reset_at(taken + after_tick);
     }
     ticker
 }
@@ -157,7 +170,7 @@ async fn read_until_silent<D: Driver, B: SensorBus>(
     let Published { newest, conditions } = published;
     let period = Duration::from_hz(u64::from(driver.rate_hz()));
     let silence = SILENCE.max(period * SILENT_PERIODS);
-    let mut ticker = ticker_after_tick(period, newest);
+    let mut ticker = ticker_after_tick(period, D::AFTER_TICK, newest);
     let mut last = Instant::now();
     loop {
         ticker.next().await;

@@ -7,6 +7,8 @@ use tautrack::can::Frame;
 use tautrack::link::MAX_SETTINGS;
 use tautrack::settings::{Description as Bounds, Setting};
 
+const CLEARS: &str = "is for B2P2, which can clear obstacles by itself";
+
 impl Description {
     /// Checks every value.
     ///
@@ -68,7 +70,14 @@ impl Description {
                 "is for a robot with a screw, which can release its belts",
             );
         }
+        if self.operator.clearance.is_some() && travel.is_none() {
+            return contradiction("operator.clearance", CLEARS);
+        }
         for (index, event) in self.operator.events.iter().enumerate() {
+            if event.clearance.is_some() && travel.is_none() {
+                let key = format!("operator.event[{index}].clearance");
+                return contradiction(&key, CLEARS);
+            }
             if event.belts.is_some() && travel.is_none() {
                 let key = format!("operator.event[{index}].belts");
                 return contradiction(

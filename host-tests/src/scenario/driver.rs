@@ -20,6 +20,7 @@ impl Operator {
             chassis_rate_deg_s: chassis_rate(),
             heading_gain_per_s: 0.0,
             belts: None,
+            clearance: None,
             request: None,
             events: Vec::new(),
         }

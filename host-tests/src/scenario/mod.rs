@@ -28,7 +28,7 @@ pub use expect::Expect;
 pub use fault::{Fault, FaultKind, SensorChip, Switch};
 pub use hand::Motion;
 pub use motor::Motor;
-pub use operator::{Belts, Event, Operator, OperatorRequest, When};
+pub use operator::{Belts, Clearance, Event, Operator, OperatorRequest, When};
 pub use script::{Ask, BusView, Script};
 pub use sensor_errors::SensorErrors;
 pub use sensors::Sensors;

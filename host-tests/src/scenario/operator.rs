@@ -40,6 +40,9 @@ pub struct Operator {
     /// Whether the belts of B2P2 are released at first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub belts: Option<Belts>,
+    /// Whether B2P2 clears obstacles by itself: then the operator's posture has no effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub clearance: Option<Clearance>,
     /// Request until the first event with another one. Without it the operator requests to arm,
     /// and where the robot starts on a slope he confirms the homing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -62,6 +65,16 @@ impl Operator {
         }
         Ok(())
     }
+}
+
+/// Who clears obstacles.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Clearance {
+    /// The robot's own controller.
+    Autonomous,
+    /// The operator.
+    Manual,
 }
 
 /// One change of the command; values that it does not contain stay as they are.
@@ -89,6 +102,9 @@ pub struct Event {
     /// Whether the belts of B2P2 are released from then on.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub belts: Option<Belts>,
+    /// Who clears obstacles from then on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub clearance: Option<Clearance>,
     /// Request from then on; `arm` until the first one.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub request: Option<OperatorRequest>,
@@ -190,6 +206,7 @@ impl Event {
             .is_none()
             && self.request.is_none()
             && self.belts.is_none()
+            && self.clearance.is_none()
     }
 
     fn check(&self, key: &str, duration_s: f64) -> Result<(), Problem> {
@@ -203,7 +220,7 @@ impl Event {
             return contradiction(
                 key,
                 "changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, \
-                 yaw_rate_deg_s, belts or request",
+                 yaw_rate_deg_s, belts, clearance or request",
             );
         }
         let when = &self.when;

@@ -1,6 +1,6 @@
 //! Plays the operator's script during a run. The script reads only what is on the bus.
 
-use super::{Belts, Operator, OperatorRequest, When};
+use super::{Belts, Clearance, Operator, OperatorRequest, When};
 use std::f64::consts::PI;
 
 /// What the operator knows, decoded from frames.
@@ -31,6 +31,8 @@ pub struct Ask {
     pub clearance_m: Option<f64>,
     /// Whether the belts shall be released.
     pub belts: Belts,
+    /// Who clears obstacles.
+    pub clearance: Clearance,
     /// Request in addition to the motion.
     pub request: OperatorRequest,
 }
@@ -51,6 +53,7 @@ pub struct Script {
     step_m: f64,
     clearance_m: Option<f64>,
     belts: Belts,
+    clearance: Clearance,
     request: OperatorRequest,
 }
 
@@ -74,6 +77,7 @@ impl Script {
             step_m: operator.step_m,
             clearance_m: None,
             belts: operator.belts.unwrap_or(Belts::Taut),
+            clearance: operator.clearance.unwrap_or(Clearance::Manual),
             request: OperatorRequest::Arm,
         }
     }
@@ -98,6 +102,7 @@ impl Script {
             self.step_m = event.step_m.unwrap_or(self.step_m);
             self.clearance_m = event.clearance_m.or(self.clearance_m);
             self.belts = event.belts.unwrap_or(self.belts);
+            self.clearance = event.clearance.unwrap_or(self.clearance);
             self.request = event.request.unwrap_or(self.request);
             self.target = event.chassis_deg.map_or(self.target, f64::to_radians);
             self.last_event = now;
@@ -117,6 +122,7 @@ impl Script {
             step_m: self.step_m,
             clearance_m: self.clearance_m,
             belts: self.belts,
+            clearance: self.clearance,
             request: self.request,
         }
     }

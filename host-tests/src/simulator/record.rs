@@ -127,6 +127,12 @@ pub struct Received {
     /// What the guard does with the command, and why: `passed`, `scaled: backward margin` and so
     /// on.
     pub verdict: String,
+    /// Phase of the autonomous clearance; empty while the operator clears obstacles.
+    pub clearance: &'static str,
+    /// Cause of its newest transition.
+    pub clearance_cause: &'static str,
+    /// Number of obstacles that it has cleared.
+    pub cleared: u8,
     /// Measured currents of the drives, in the order of the nodes, A.
     pub currents: Vec<f64>,
     /// Tension of the belts that the screw estimates, N; 0 for a robot without a screw.

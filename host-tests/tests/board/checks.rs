@@ -1,6 +1,6 @@
 //! Checks of the images of all boards.
 
-use crate::chip::{Chip, FDCAN, FLASH_CONTROL, GPIO, IWDG, PWR, RCC};
+use crate::chip::{Chip, FDCAN, FLASH_CONTROL, GPIO, IWDG, PWR, RCC, TIM2};
 use crate::pins;
 use tautrack::can::Frame;
 
@@ -61,9 +61,22 @@ pub fn clocks(chip: &Chip, divider: u32) {
             .position(|write| write.address == address && holds(write.value))
             .unwrap_or_else(|| panic!("{address:#x} is never written"))
     };
+    // The bus clock is half of the fast clock for at least 1 us, so 85 clocks of the core.
     let switched = at(RCC + 0x08, |value| value & 3 == 3);
+    assert_eq!(
+        field(writes[switched].value, 4, 4),
+        8,
+        "AHB/2 at the switch"
+    );
+    let full = at(RCC + 0x08, |value| value & 0xf3 == 3);
+    assert!(writes[full].clock >= writes[switched].clock + 85);
+    assert!(at(FLASH_CONTROL, |value| value & 15 == 4) < full);
+    assert_eq!(field(chip.register(RCC + 0x08), 4, 4), 0, "AHB/1");
+    // The clock of the program counts microseconds.
+    assert_eq!(chip.register(TIM2 + 0x28), 169);
     assert!(at(PWR + 0x80, |value| value & 1 << 8 == 0) < switched);
-    assert!(at(FLASH_CONTROL, |value| value & 15 == 4) < switched);
+    // Two wait states are enough for 85 MHz.
+    assert!(at(FLASH_CONTROL, |value| value & 15 >= 2) < switched);
 }
 
 /// Checks that the watchdog is started before the clocks, that it bites after 50 ms, and that it is

@@ -1,13 +1,15 @@
 //! Images with one defect each, which the model of the chip gives them. A test must find every one
 //! of them.
 
-use crate::chip::{BDTR, CONTROL, Defect, FDCAN, GPIO, IWDG, MOE, PWR, RCC, TIM1, TIMINGR};
+use crate::chip::{
+    BDTR, CONTROL, Defect, FDCAN, GPIO, IWDG, MOE, PWR, RCC, SYSCFG_CFGR2, TIM1, TIMINGR,
+};
 use crate::stamp;
-use crate::{bus_errors, executed as test, gates, guard, masked, sensors};
+use crate::{breaks, bus_errors, executed as test, gates, guard, masked, sensors};
 use std::panic::catch_unwind;
 
 /// What is wrong, the defect, and the test that finds it.
-const DEFECTS: [(&str, Defect, fn()); 26] = [
+const DEFECTS: [(&str, Defect, fn()); 32] = [
     (
         "no boost",
         register(PWR + 0x80, 1 << 8, 1 << 8),
@@ -56,12 +58,42 @@ const DEFECTS: [(&str, Defect, fn()); 26] = [
     (
         "break input is disabled",
         register(BDTR, 1 << 12, 0),
-        test::a_break_opens_the_bridge_until_the_drive_is_disabled,
+        test::safe_torque_off_opens_the_bridge_until_the_drive_is_disabled,
     ),
     (
         "comparators are not connected",
-        register(TIM1 + 0x60, 0x1e, 0),
-        test::a_break_opens_the_bridge_until_the_drive_is_disabled,
+        register(TIM1 + 0x64, 0x1e, 0),
+        breaks::each_comparator_opens_the_bridge,
+    ),
+    (
+        "nothing watches the crystal",
+        register(RCC, 1 << 19, 0),
+        breaks::a_failed_crystal_opens_the_bridge_and_is_named,
+    ),
+    (
+        "safe torque off has a filter",
+        register(BDTR, 0xf << 16, 3 << 16),
+        breaks::safe_torque_off_needs_no_clock,
+    ),
+    (
+        "a lock-up is not connected",
+        register(SYSCFG_CFGR2, 1, 0),
+        breaks::a_core_that_locks_up_opens_the_bridge,
+    ),
+    (
+        "the flash memory is not connected",
+        register(SYSCFG_CFGR2, 1 << 3, 0),
+        breaks::an_error_of_the_flash_memory_opens_the_bridge,
+    ),
+    (
+        "the supply's detector is off",
+        register(PWR + 4, 1, 0),
+        breaks::a_low_supply_of_the_chip_opens_the_bridge,
+    ),
+    (
+        "a comparator is not blanked",
+        register(0x4001_020c, 7 << 19, 1 << 19),
+        breaks::the_comparators_have_a_filter_and_blanking_and_safe_torque_off_has_neither,
     ),
     (
         "safe torque off opens the bridge when it is closed",

@@ -10,7 +10,7 @@ use std::fs;
 use tautrack_host_tests::programs::Program;
 
 /// Lines that the axle has written to its log since the chip has this RAM.
-fn log(chip: &Chip) -> Vec<String> {
+pub fn log(chip: &Chip) -> Vec<String> {
     log_of(&programs().axle, chip)
 }
 

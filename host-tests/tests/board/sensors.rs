@@ -1,7 +1,7 @@
 //! How the image of a guard reads its sensor chips over I2C, and what it does when they fail.
 
 use crate::checks::{field, read};
-use crate::chip::{CONTROL, CORE_HZ, Chip, GPIO, TIMINGR};
+use crate::chip::{CONTROL, CORE_HZ, Chip, GPIO, I2C3, TIMINGR, Write};
 use crate::guard::{BOOT_US, NODE, guard_with};
 use crate::stamp;
 use std::sync::{Arc, Mutex};
@@ -36,13 +36,21 @@ fn conditions(chip: &mut Chip) -> [u32; 3] {
     all(chip, CONDITION).map(|condition| condition & 0xff)
 }
 
-/// Longest time between two ticks, core clocks.
+/// Register CR2 of the I2C controller, its bits for start, direction and address, and these bits
+/// when a transfer from the inertial unit (address 0x6a) begins.
+const I2C_REQUEST: u32 = I2C3 + 0x04;
+const I2C_BITS: u32 = 1 << 13 | 1 << 10 | 0xff;
+const READ_UNIT: u32 = 1 << 13 | 1 << 10 | 0x6a << 1;
+
+/// Ticks, with the longest time between two of them, core clocks.
 #[derive(Default)]
 struct Periods {
     running: bool,
     last: Option<u64>,
     longest: u64,
     count: u32,
+    /// When the ticks began, core clocks.
+    begun: Vec<u64>,
 }
 
 const MICROSECOND: u64 = CORE_HZ / 1_000_000;
@@ -72,6 +80,7 @@ fn measure(chip: &mut Chip) -> Arc<Mutex<Periods>> {
                 periods.count += 1;
             }
             periods.last = Some(now.clock);
+            periods.begun.push(now.clock);
         }
     });
     periods
@@ -84,6 +93,32 @@ fn keeps_its_period(periods: &Mutex<Periods>) {
     println!("at most {longest} clocks, {} times", periods.count);
     assert!(periods.count > 100, "{}", periods.count);
     assert!(longest <= 1_010 * MICROSECOND, "{longest} clocks");
+}
+
+/// Checks that each transfer from the inertial unit begins at the same time after a tick, within
+/// 50 us, however long the tick takes. Otherwise up to half of the readings of a chip that measures
+/// at about the same rate are lost. The first 100 ms are those in which the chips are started.
+fn is_read_at_one_moment(chip: &Chip, periods: &Mutex<Periods>) {
+    let begun = &periods.lock().expect("periods").begun;
+    let of_unit = |write: &&Write| {
+        write.clock > 100_000 * MICROSECOND
+            && write.address == I2C_REQUEST
+            && write.value & I2C_BITS == READ_UNIT
+    };
+    let writes = chip.writes();
+    let after = |write: &Write| {
+        let ticks = begun.partition_point(|begun| *begun <= write.clock);
+        write.clock - begun[ticks - 1]
+    };
+    let after: Vec<u64> = writes.iter().filter(of_unit).map(after).collect();
+    let [first, last] = [after.iter().min(), after.iter().max()]
+        .map(|clocks| clocks.expect("transfers") / MICROSECOND);
+    println!(
+        "{} transfers, {first} us to {last} us after a tick",
+        after.len()
+    );
+    assert!(after.len() > 1_000, "{}", after.len());
+    assert!(last - first <= 50, "{first} us to {last} us");
 }
 
 #[test]
@@ -105,11 +140,12 @@ fn all_chips_are_started_and_their_readings_reach_the_guard() {
     assert_eq!(conditions(&mut chip), [RUNNING; 3]);
     assert_eq!(all(&mut chip, ERRORS), [0; 3]);
     keeps_its_period(&periods);
+    is_read_at_one_moment(&chip, &periods);
     // Rates of inclinometer, accelerometer and gyroscope, 0.1 Hz.
     let rates = [1, 2, 3].map(|sub| read(&mut chip, NODE, 0x2101, sub) & 0xffff);
     for (rate, wanted) in rates.into_iter().zip([1_000, 10_000, 10_000]) {
         // A reading is lost when a transfer to another chip delays it into the next millisecond.
-        assert!((wanted * 85 / 100..=wanted).contains(&rate), "{rates:?}");
+        assert!((wanted * 95 / 100..=wanted).contains(&rate), "{rates:?}");
     }
     // Age of the magnetometer, ms: it measures 10 times a second.
     let age = read(&mut chip, NODE, 0x2102, 4) & 0xffff;

@@ -3,7 +3,7 @@
 
 use crate::chip::{Chip, Cut, Tear};
 use crate::executed::{
-    NODE, application, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
+    NODE, application, arm, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
 };
 use crate::images::programs;
 use crate::stamp;
@@ -232,4 +232,46 @@ fn nothing_arms_a_drive_while_its_flash_is_written() {
         saved += usize::from(writes > 0);
     }
     assert!(saved > 0 && armed > 0, "{saved} saved, {armed} armed");
+}
+
+#[test]
+fn no_flash_operation_begins_while_the_bridge_is_live() {
+    let mut chip = armed_axle();
+    let mut random = 1_u32;
+    let mut draw = |bound: u32| {
+        random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        u64::from((random >> 8) % bound)
+    };
+    let save = frame(
+        0x600 + NODE,
+        &[&[0x23, 0x10, 0x10, 1], &b"save"[..]].concat(),
+    );
+    let disarm = frame(0x600 + NODE, &[0x2b, 0x40, 0x60, 0, 0, 0, 0, 0]);
+    let (mut saved, mut operations) = (0, 0);
+    for round in 0..50_i32 {
+        // Between two ticks, and around the PWM period in which the bridge opens.
+        chip.run(draw(1_000));
+        let after = draw(2_300);
+        for (delay, frame) in if draw(8) == 0 {
+            [(after, save), (0, disarm)]
+        } else {
+            [(after, disarm), (0, save)]
+        } {
+            chip.send(frame);
+            chip.run(delay);
+        }
+        chip.run(40_000);
+        let now = chip.flash(|memory| memory.operations);
+        saved += u32::from(now != operations);
+        operations = now;
+        assert_eq!(
+            chip.changed_while_live(),
+            0,
+            "round {round}, after {after} us"
+        );
+        let gain = object(Setting::PositionGain);
+        write(&mut chip, gain, 0, &(10_000 + round).to_le_bytes());
+        arm(&mut chip);
+    }
+    assert!(saved > 10, "{saved}");
 }

@@ -165,7 +165,7 @@ fn dcfgen_makes_a_master_that_commands_the_guard_alone() {
     let printed: Value = serde_json::from_str(&printed).expect("JSON");
 
     let mut nodes = json!({});
-    let (mut assigned, mut received) = (json!({}), vec![0x381, 0x385, 0x481, 0x681]);
+    let (mut assigned, mut received) = (json!({}), vec![0x381, 0x385, 0x481, 0x681, 0x6b1]);
     for (name, id) in Kind::B2p2.facts().nodes {
         let role = match name.as_str() {
             name @ ("guard" | "screw") => name,

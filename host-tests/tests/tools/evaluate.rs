@@ -131,6 +131,7 @@ fn every_model_meets_the_vectors_in_both_precisions() {
     for group in [
         "b2p2_fk_com",
         "b2p2_dynamics",
+        "b2p2_clearance",
         "b2p2_zmp",
         "crawler",
         "hylos_margin",

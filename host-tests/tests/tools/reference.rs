@@ -146,9 +146,9 @@ fn the_page_says_how_long_arming_takes() {
 #[test]
 fn the_bit_budget_of_b2p2_is_a_third_of_the_bus() {
     // Computed by hand, bits per second: SYNC 55 x 250; set-points 4 x 125 x 250; motions 4 x 135 x
-    // 250; conditions 4 x 135 x 50; guard 4 x 135 x 50 and 135 x 10; operator 135 x 50; heartbeats
+    // 250; conditions 4 x 135 x 50; guard 5 x 135 x 50 and 135 x 10; operator 135 x 50; heartbeats
     // 5 x 65 x 20; torque feed-forward 2 x 75 x 62.5; tension of the belts 75 x 50.
-    let sum = 13_750 + 125_000 + 135_000 + 27_000 + 28_350 + 6_750 + 6_500 + 9_375 + 3_750;
+    let sum = 13_750 + 125_000 + 135_000 + 27_000 + 35_100 + 6_750 + 6_500 + 9_375 + 3_750;
     let expected = format!("**{:.1} %** of 1 Mbit/s", f64::from(sum) / 1e4);
     assert!(page("docs/bus.md").contains(&expected), "{expected}");
 }

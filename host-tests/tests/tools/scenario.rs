@@ -151,7 +151,7 @@ fn an_impossible_value_is_refused_with_key_value_and_bound() {
         (
             "chassis_deg = 0.0\n",
             "\n",
-            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s, belts or request",
+            "operator.event[0] changes nothing; give chassis_deg, step_m, clearance_m, speed_mps, yaw_rate_deg_s, belts, clearance or request",
         ),
         (
             "[20.0, 28.0]",
@@ -690,4 +690,10 @@ fn belts_of_a_robot_without_a_screw_are_refused() {
             "{got}"
         );
     }
+    let text = text.replacen("speed_mps", "clearance = \"autonomous\"\nspeed_mps", 1);
+    let got = Scenario::parse(&text, "bad.toml").unwrap_err().to_string();
+    assert!(
+        got.contains("operator.clearance") && got.contains("is for B2P2"),
+        "{got}"
+    );
 }

@@ -14,9 +14,9 @@ pub mod function {
     pub const NMT: u16 = 0x000;
     /// SYNC. With a node id added: the emergency frame of that node.
     pub const SYNC_OR_EMERGENCY: u16 = 0x080;
-    /// First to fifth transmit PDO, as seen from the node that sends it. CiA 301 predefines four.
-    /// The fifth uses identifiers that CiA 301 leaves free, for node ids up to 95.
-    pub const TPDO: [u16; 5] = [0x180, 0x280, 0x380, 0x480, 0x680];
+    /// First to sixth transmit PDO, as seen from the node that sends it. CiA 301 predefines four.
+    /// The others use identifiers that CiA 301 leaves free, for node ids up to 47.
+    pub const TPDO: [u16; 6] = [0x180, 0x280, 0x380, 0x480, 0x680, 0x6b0];
     /// First to fourth receive PDO, as seen from the node that receives and follows it.
     pub const RPDO: [u16; 4] = [0x200, 0x300, 0x400, 0x500];
     /// Boot-up message and heartbeat.

@@ -106,10 +106,14 @@ pub const DEAD_MAN_HELD: u8 = 0x80;
 /// released. Robots without a screw ignore it.
 pub const BELTS_RELEASED: u8 = 0x40;
 
+/// Bit of [`OperatorCommand::request`] that is added to the [`Request`] while the robot shall clear
+/// obstacles by itself. Robots without such a controller ignore it.
+pub const CLEARANCE: u8 = 0x20;
+
 impl Request {
     /// Returns the request in a command byte. Unknown values are [`Request::Stop`].
     pub fn from_byte(byte: u8) -> Self {
-        match byte & !(DEAD_MAN_HELD | BELTS_RELEASED) {
+        match byte & !(DEAD_MAN_HELD | BELTS_RELEASED | CLEARANCE) {
             0 => Self::Disarm,
             1 => Self::Arm,
             3 => Self::Reset,
@@ -193,12 +197,13 @@ mod tests {
                 DEAD_MAN_HELD,
                 BELTS_RELEASED,
                 DEAD_MAN_HELD | BELTS_RELEASED,
+                CLEARANCE,
             ] {
                 assert_eq!(Request::from_byte(byte | flags), request);
             }
         }
         for byte in 0..=u8::MAX {
-            let unknown = byte & 0x38 != 0;
+            let unknown = byte & 0x18 != 0;
             assert!(
                 !unknown || Request::from_byte(byte) == Request::Stop,
                 "{byte:#x}"

@@ -31,6 +31,20 @@ pub struct Readings {
     /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn
     /// to turn, wrapping at 2^32. A brushed motor needs none.
     pub rotor: u32,
+    /// The supply voltage is above `over_voltage`. A board that does not compare it in each period
+    /// passes `false`.
+    pub over_voltage: bool,
+}
+
+impl Default for Readings {
+    /// No current, no motion and a good supply.
+    fn default() -> Self {
+        Self {
+            currents: [1 << 15; 2],
+            rotor: 0,
+            over_voltage: false,
+        }
+    }
 }
 
 /// Command to the power stage for one PWM period.

@@ -285,6 +285,7 @@ mod tests {
             readings: Readings {
                 currents: [0; 2],
                 rotor: period,
+                ..Readings::default()
             },
             stage: PowerStage::Drive([7, 8, 60_000]),
             currents: [1 << 30, -(1 << 29), 3 << 15, 4 << 15, i32::MIN],

@@ -4,6 +4,7 @@
 //! A robot implements [`Body`] once, in its own folder. Network, sequence and filter belong to the
 //! guard and are the same for all robots.
 
+use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{Position, Scale, Target};
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
@@ -91,6 +92,19 @@ pub enum Phase {
     Held,
 }
 
+/// What the operator lets the robot's own controller do in a SYNC period.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Autonomy {
+    /// The operator commands speed and posture.
+    Off,
+    /// The controller commands the posture, and how much of the operator's speed it uses.
+    On,
+    /// As [`Self::On`], but the operator lets the robot stand at present.
+    Waits,
+    /// As [`Self::On`], but a trip or a fault report has stopped the robot.
+    Stopped,
+}
+
 /// A robot's commanded posture. On the bus it is a 16-bit word whose meaning depends on the robot.
 pub trait PostureCommand: Copy {
     /// Posture of a word on the bus.
@@ -166,6 +180,23 @@ pub trait Body: Sized {
     /// belts. Only a robot whose belts can be released knows the flag.
     fn commanded_posture(&self, word: i16, _belts_released: bool) -> Self::Posture {
         Self::Posture::from_word(word)
+    }
+
+    /// Replaces the operator's command by that of the robot's own controller, if it has one and
+    /// the operator lets it.
+    fn clear(
+        &mut self,
+        command: Command<Self::Posture>,
+        _: Autonomy,
+        _: &Attitude,
+        _period: f32,
+    ) -> Command<Self::Posture> {
+        command
+    }
+
+    /// Returns the progress of that controller.
+    fn clearance(&self) -> GuardClearance {
+        GuardClearance::default()
     }
 
     /// Updates the robot's state from its drives and the attitude filter, `period` s after the

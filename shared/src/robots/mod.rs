@@ -12,8 +12,8 @@ pub mod rt_mover;
 pub mod turn;
 
 pub use body::{
-    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES, Offset,
-    Phase, PostureCommand, Stop,
+    Ahead, Allowed, Autonomy, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, MAX_STAGES,
+    Offset, Phase, PostureCommand, Stop,
 };
 
 /// The list of the robots: calls the macro `$make` with the folder, the type and the description of

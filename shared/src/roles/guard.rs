@@ -16,6 +16,7 @@ use crate::estimate::state::{Estimator, State};
 use crate::node::guard::commissioning::request;
 use crate::node::guard::{Guard, Inputs, ScaleMismatch};
 use crate::robots::Body;
+use crate::robots::b2p2::clearance::{Cause, Phase};
 use crate::sensing::sensor_watch::SensorState;
 use crate::sensors::{BodySensors, Sensor};
 use crate::settings::Settings;
@@ -71,6 +72,8 @@ pub struct Found {
     pub refusal: Option<Refusal>,
     /// A sensor whose health has changed, with its new code.
     pub sensor: Option<(Sensor, u8)>,
+    /// A new phase of an autonomous clearance, with its cause.
+    pub clearance: Option<(Phase, Cause)>,
     /// The node is to restart: it has reset itself by the network management.
     pub restart: bool,
 }
@@ -207,6 +210,11 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
         self.objects.armed = outputs.state.state > READY;
         let register = network::error_register(outputs.state.fault_code);
         values.set(objects::OBJECT1001, register);
+        let clearance = &outputs.clearance;
+        if clearance.transitions != values.get(objects::OBJECT4015_TRANSITIONS) {
+            let phase = Phase::from_code(clearance.phase);
+            found.clearance = phase.zip(Cause::from_code(clearance.cause));
+        }
         objects::publish_outputs(values, outputs);
         if !outputs.frames.is_empty() {
             publish_balance(values, &guard.telemetry(), &mut found);

@@ -152,6 +152,7 @@ fn a_three_phase_motor_turns_as_fast_as_its_flux_allows_and_draws_what_its_load_
         },
         sensor: RotorSensor::Absolute,
         dead_time: 0.6e-6,
+        continuous_current: 10.0,
         periods_per_control: 20,
     };
     for (current, load) in [(5.0, 12.0), (-5.0, -12.0)] {

@@ -57,7 +57,7 @@ prop_compose! {
         [over_current, wrong_zero, overrun] in prop_oneof![9 => Just([false; 3]), 1 => any::<[bool; 3]>()],
     ) -> Electrical {
         let ahead = ahead.map(|bits| ElectricalAngle(Angle::from_bits(bits)));
-        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, index, over_current, wrong_zero, overrun }
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, index, over_current, over_voltage: false, wrong_zero, overrun }
     }
 }
 

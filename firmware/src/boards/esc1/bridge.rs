@@ -1,8 +1,12 @@
 //! The three half bridges: TIM1, centre-aligned at 20 kHz.
 //!
 //! The gate drivers have no enable input. Their inputs are low, and all transistors open, while the
-//! timer's main output enable (MOE) is 0. Software clears MOE; a break input clears it without
-//! software: the comparators of [`super::over_current`], and the input "safe torque off".
+//! timer's main output enable (MOE) is 0. Software clears MOE; a break clears it without software:
+//!
+//! * break input 1, which needs no clock: the input "safe torque off"
+//! * the chip itself, which needs no clock either: a crystal that fails, a core that has locked up,
+//!   a low supply of the chip, and an error of two bits in its flash memory
+//! * break input 2, with a filter: the comparators of [`super::over_current`]
 //!
 //! A pulse is centred on the counter's underflow, at which new compare values take effect. The
 //! currents are sampled at the overflow, when all low sides conduct.
@@ -31,8 +35,13 @@ pub const PERIOD: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
 /// The currents are sampled when the counter, counting down, reaches this value: 6 ns after its
 /// overflow.
 const SAMPLE_AT: u16 = PERIOD - 1;
+/// The comparators do not count near the underflow of the counter, where the high sides switch on
+/// and off: below this value, so for 2 us of a period.
+const BLANKED_BELOW: u16 = (CORE_HZ / 1_000_000) as u16;
 /// Alternate function 9 of PA15: `TIM1_BKIN`.
 const BREAK_FUNCTION: u8 = 9;
+/// Level of the chip's supply below which the bridge opens: 2.9 V (data sheet, PVD6).
+const LOW_SUPPLY: u8 = 6;
 
 /// Timer and pins of the half bridges a, b and c.
 pub struct Pins {
@@ -50,6 +59,12 @@ pub struct Pins {
     pub safe_torque_off: Peri<'static, PA15>,
     /// Time for which both transistors of a half bridge are off at each edge, ns.
     pub dead_time_ns: i32,
+}
+
+/// Stops the timer while a debug probe halts the core. The timer then switches its outputs off
+/// (RM0440, 29.3.31): no handler of the program runs, not even after a fault.
+pub fn freeze_when_halted() {
+    pac::DBGMCU.apb2fzr().modify(|w| w.set_tim1(true));
 }
 
 /// Opens all transistors, whatever state the timer is in. Usable before everything else and in
@@ -96,16 +111,28 @@ pub fn start(pins: Pins) {
         w.set_bkine(true);
         // The pin opens the bridge when it is low.
         w.set_bkinp(vals::Bkinp::INVERTED);
+    });
+    timer.af2().modify(|w| {
+        w.set_bk2ine(false);
         for comparator in super::over_current::COMPARATORS {
-            w.set_bkcmpe(comparator - 1, true);
+            w.set_bk2cmpe(comparator - 1, true);
         }
     });
+    break_for_the_chip();
     timer.bdtr().modify(|w| {
         w.set_dtg(dead_time(pins.dead_time_ns));
-        w.set_bkp(0, vals::Bkp::ACTIVE_HIGH);
-        w.set_bkf(0, vals::FilterValue::FCK_INT_N8);
-        w.set_bke(0, true);
+        for input in 0..2 {
+            w.set_bkp(input, vals::Bkp::ACTIVE_HIGH);
+            w.set_bke(input, true);
+        }
+        // A filter needs the clock, so the first input has none.
+        w.set_bkf(0, vals::FilterValue::NO_FILTER);
+        // 8 samples at 21 MHz: 0.4 us, longer than an edge rings.
+        w.set_bkf(1, vals::FilterValue::FDTS_DIV8_N8);
     });
+    timer.ccmr3().modify(|w| w.set_ocm(0, vals::Ocm::PWM_MODE1));
+    timer.ccr5().modify(|w| w.set_ccr(BLANKED_BELOW));
+    timer.ccer().modify(|w| w.set_cce(4, true));
     // The library rounds the period; with this value it is exact. The counter is stopped for it,
     // because a repetition counter written before the start makes the updates fall on the underflow
     // (RM0440, 29.3.3).
@@ -115,6 +142,7 @@ pub fn start(pins: Pins) {
     pwm.set_repetition_counter(1);
     timer.ccr(3).write(|w| w.set_ccr(SAMPLE_AT));
     pwm.set_mms2(Mms2::COMPARE_OC4);
+    write(HALF);
     for channel in [Channel::Ch1, Channel::Ch2, Channel::Ch3] {
         pwm.enable(channel);
     }
@@ -122,6 +150,22 @@ pub fn start(pins: Pins) {
     // Dead time, idle levels and break cannot be changed any more until the next reset.
     timer.bdtr().modify(|w| w.set_lock(vals::Lock::LEVEL2));
     timer.cr1().modify(|w| w.set_cen(true));
+}
+
+/// Connects the events of the chip with the break of the timer, until the next reset (RM0440,
+/// 10.2.8). The event of the crystal is always connected.
+fn break_for_the_chip() {
+    pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
+    pac::PWR.cr2().modify(|w| {
+        w.set_pls(LOW_SUPPLY);
+        w.set_pvde(true);
+    });
+    pac::SYSCFG.cfgr2().modify(|w| {
+        w.set_cll(true);
+        w.set_spl(true);
+        w.set_pvdl(true);
+        w.set_eccl(true);
+    });
 }
 
 /// Applies a command from the next underflow on. After a break, the bridge stays open until the
@@ -132,12 +176,14 @@ pub fn apply(stage: PowerStage) {
     let compares = match stage {
         PowerStage::Off => {
             timer.bdtr().modify(|w| w.set_moe(false));
+            // MOE acts at once, and compare values at the next underflow. So the bridge begins
+            // with no voltage when it is driven again.
+            write(HALF);
             let periods = OFF_PERIODS.load(Ordering::Relaxed).saturating_add(1);
             OFF_PERIODS.store(periods, Ordering::Relaxed);
             if periods >= RELEASE_PERIODS {
-                // The flag stays set while a break input is active. Writing 1 leaves a flag as it
-                // is.
-                timer.sr().write(|w| w.0 = FLAGS_BUT_BREAK);
+                // A flag stays set while its input is active. Writing 1 leaves a flag as it is.
+                timer.sr().write(|w| w.0 = !BREAKS & FLAGS);
             }
             return;
         }
@@ -145,18 +191,32 @@ pub fn apply(stage: PowerStage) {
         PowerStage::Drive(compares) => compares,
     };
     OFF_PERIODS.store(0, Ordering::Relaxed);
-    for (channel, compare) in compares.into_iter().enumerate() {
-        timer.ccr(channel).write(|w| w.set_ccr(compare));
-    }
     if !tripped() {
         timer.bdtr().modify(|w| w.set_moe(true));
+        write(compares);
+    }
+    // A break may have come before MOE was written.
+    if tripped() {
+        timer.bdtr().modify(|w| w.set_moe(false));
+        write(HALF);
     }
 }
 
-/// Whether a break input has opened the bridge, and the drive has not been disabled since.
+/// Compare values of a bridge that gives no voltage.
+const HALF: [u16; 3] = [PERIOD / 2; 3];
+
+/// Writes compare values, which take effect at the next underflow.
+#[inline]
+fn write(compares: [u16; 3]) {
+    for (channel, compare) in compares.into_iter().enumerate() {
+        pac::TIM1.ccr(channel).write(|w| w.set_ccr(compare));
+    }
+}
+
+/// Whether a break has opened the bridge, and the drive has not been disabled since.
 #[inline]
 pub fn tripped() -> bool {
-    pac::TIM1.sr().read().bif(0)
+    pac::TIM1.sr().read().0 & BREAKS != 0
 }
 
 /// PWM periods for which the current loop must command the bridge to be off before a break is
@@ -164,8 +224,9 @@ pub fn tripped() -> bool {
 const RELEASE_PERIODS: u32 = PWM_HZ / 100;
 /// PWM periods since the current loop last commanded something else than off.
 static OFF_PERIODS: AtomicU32 = AtomicU32::new(0);
-/// All flags of the timer but the one of break input 1 (RM0440, 29.6.5).
-const FLAGS_BUT_BREAK: u32 = 0x00f3_3f7f;
+/// Flags of the timer (RM0440, 29.6.5), and those of break inputs 1 and 2 and of the chip.
+const FLAGS: u32 = 0x00f3_3fff;
+const BREAKS: u32 = 1 << 7 | 1 << 8 | 1 << 13;
 
 /// Shortest dead time, ns, whatever the settings say.
 const MINIMUM_DEAD_TIME_NS: i32 = 300;

@@ -97,14 +97,15 @@ fn start(role: &'static Role, bus: Spawner) {
         dead_time_ns: settings.get(Setting::DeadTime),
     });
     over_current::start();
-    sampling::start(sampling::Pins {
+    let pins = sampling::Pins {
         amplifiers: (p.OPAMP1, p.OPAMP2),
         a: (p.PA1, p.PA3, p.PA2),
         b: (p.PA7, p.PA5, p.PA6),
         converters: (p.ADC1, p.ADC2),
         supply: p.PA0,
         temperature: p.PB14,
-    });
+    };
+    sampling::start(pins, settings.si(Setting::OverVoltage));
     transceiver::start(p.PC11, p.PC14);
     let can = can::start(p.FDCAN1, p.PA11, p.PB9);
 
@@ -166,6 +167,7 @@ impl Board for Esc1 {
     fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
+        bridge::freeze_when_halted();
         EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))
     }
 

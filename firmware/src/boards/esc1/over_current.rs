@@ -6,7 +6,7 @@
 //! side. The current loop limits the currents of both directions (`tautrack::motor::current`).
 
 use embassy_stm32::pac;
-use embassy_stm32::pac::comp::vals::Inm;
+use embassy_stm32::pac::comp::vals::{Blanking, Inm};
 use embassy_stm32::pac::dac::vals::Mode;
 
 /// Comparators of phases a, b and c, counted as in the chip's manual.
@@ -40,8 +40,14 @@ pub fn start() {
     for channel in 0..2 {
         dac.dhr12r(channel).write(|w| w.set_dhr(CODE));
     }
-    for comparator in [pac::COMP1, pac::COMP2, pac::COMP4] {
+    // Output 5 of TIM1 blanks them. Its number differs between the comparators (RM0440, table 195).
+    for (comparator, blanking) in [
+        (pac::COMP1, Blanking::BLANK1),
+        (pac::COMP2, Blanking::BLANK1),
+        (pac::COMP4, Blanking::BLANK4),
+    ] {
         comparator.csr().write(|w| {
+            w.set_blanksel(blanking);
             // DAC3: channel 1 for comparator 1, channel 2 for comparators 2 and 4.
             w.set_inmsel(Inm::DACA);
             // PA1, PA7 and PB0.

@@ -6,6 +6,7 @@
 
 use super::{bridge, encoder};
 use crate::current_loop;
+use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleTime};
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::opamp::{OpAmp, OpAmpGain, OpAmpOutput, OpAmpSpeed};
@@ -28,6 +29,8 @@ pub const FULL_SCALE_AMPERES: f32 = REFERENCE / 2.0 / (SHUNT * AMPLIFICATION);
 const SUPPLY_DIVIDER: f32 = (169.0 + 18.0) / 18.0;
 /// Largest code of a converter.
 const FULL_CODE: f32 = 4095.0;
+/// Supply voltage per code, V.
+const SUPPLY_PER_CODE: f32 = REFERENCE * SUPPLY_DIVIDER / FULL_CODE;
 
 /// Pins of the analogue inputs.
 pub struct Pins {
@@ -45,8 +48,12 @@ pub struct Pins {
     pub temperature: Peri<'static, PB14>,
 }
 
-/// Starts op-amps and converters, and enables the current interrupt at the highest priority.
-pub fn start(pins: Pins) {
+/// Code of the supply voltage above which the current loop opens the bridge.
+static HIGHEST_SUPPLY: AtomicU32 = AtomicU32::new(0);
+
+/// Starts op-amps and converters, and enables the current interrupt at the highest priority. The
+/// current loop opens the bridge above the supply voltage `over_voltage`, V.
+pub fn start(pins: Pins, over_voltage: f32) {
     static AMPLIFIER_A: StaticCell<OpAmp<'static, OPAMP1>> = StaticCell::new();
     static AMPLIFIER_B: StaticCell<OpAmp<'static, OPAMP2>> = StaticCell::new();
     static A: StaticCell<InjectedAdc<'static, ADC1, 3>> = StaticCell::new();
@@ -91,6 +98,7 @@ pub fn start(pins: Pins) {
             false,
         ),
     );
+    HIGHEST_SUPPLY.store((over_voltage / SUPPLY_PER_CODE) as u32, Ordering::Relaxed);
     interrupt::ADC1_2.set_priority(Priority::P0);
     // SAFETY: the handler is below, and everything that it uses has been started.
     unsafe { interrupt::ADC1_2.enable() };
@@ -109,6 +117,9 @@ fn ADC1_2() {
             current(pac::ADC2.jdr(0).read().jdata()),
         ],
         rotor: encoder::update(),
+        // The newest conversion: that of this period may be under way.
+        over_voltage: u32::from(pac::ADC1.jdr(1).read().jdata())
+            > HIGHEST_SUPPLY.load(Ordering::Relaxed),
     };
     bridge::apply(current_loop::pwm_period(&readings));
 }
@@ -123,7 +134,7 @@ fn current(code: u16) -> u16 {
 /// Supply voltage, V; 0 before its first conversion.
 pub fn supply_voltage() -> f32 {
     let code = f32::from(pac::ADC1.jdr(1).read().jdata());
-    code * (REFERENCE * SUPPLY_DIVIDER / FULL_CODE)
+    code * SUPPLY_PER_CODE
 }
 
 /// Temperature between the transistors, degrees Celsius ([`super::thermistor::celsius`]).

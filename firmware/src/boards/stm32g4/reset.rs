@@ -75,6 +75,19 @@ unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     wait_for_watchdog()
 }
 
+/// Handles a crystal that has failed: the core runs on its own oscillator, with which the bus
+/// cannot work, so the board stops and is reset. Or an error in the flash memory.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() {
+    if pac::RCC.cifr().read().cssf() {
+        stop();
+        pac::RCC.cicr().write(|w| w.set_cssc(true));
+        defmt::error!("the crystal has failed");
+        wait_for_watchdog();
+    }
+    super::storage::clear_error();
+}
+
 /// Switches off what moves, and stops the interrupts from switching it on again.
 fn stop() {
     cortex_m::interrupt::disable();

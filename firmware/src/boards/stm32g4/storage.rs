@@ -1,11 +1,11 @@
 //! The settings pages of the flash memory.
 //!
 //! All interrupts wait while it erases (22 ms a page) or writes. A chip with one bank cannot
-//! execute meanwhile.
+//! execute meanwhile. So nothing moves meanwhile: the board is made safe before.
 
 use super::reset;
+use crate::boards::Selected;
 use core::cell::RefCell;
-use cortex_m_rt::exception;
 use critical_section::Mutex;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, Flash};
@@ -33,10 +33,9 @@ pub fn start(memory: Peri<'static, FLASH>) {
     critical_section::with(|cs| MEMORY.borrow(cs).replace(Some(Flash::new_blocking(memory))));
 }
 
-/// A power cut can leave a word whose error correction fails. Reading it raises this interrupt,
-/// which would come back for ever. The store finds the word by its own checksum.
-#[exception]
-unsafe fn NonMaskableInt() {
+/// Ends the interrupt of a word whose error correction fails: it would come back for ever. A power
+/// cut can leave such a word. The store finds it by its own checksum.
+pub(super) fn clear_error() {
     REGISTERS.eccr().modify(|errors| errors.set_eccd(true));
 }
 
@@ -58,6 +57,18 @@ impl Storage {
         reset::feed_watchdog();
         done
     }
+}
+
+/// Makes the board safe before the memory changes. The current loop may have a period to go before
+/// it follows a drive that has just been disabled.
+fn change<R>(
+    offset: u32,
+    body: impl FnOnce(&mut Flash<'static, Blocking>, u32) -> Result<R, Error>,
+) -> Result<R, NorFlashErrorKind> {
+    Storage::access(offset, |memory, place| {
+        Selected::make_safe();
+        body(memory, place)
+    })
 }
 
 impl ErrorType for Storage {
@@ -84,7 +95,7 @@ impl NorFlash for Storage {
     fn erase(&mut self, from: u32, to: u32) -> Result<(), Self::Error> {
         check_erase(self, from, to)?;
         for page in (from..to).step_by(PAGE) {
-            Self::access(page, |memory, place| {
+            change(page, |memory, place| {
                 memory.blocking_erase(place, place + PAGE as u32)
             })?;
         }
@@ -93,6 +104,6 @@ impl NorFlash for Storage {
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
         check_write(self, offset, bytes.len())?;
-        Self::access(offset, |memory, place| memory.blocking_write(place, bytes))
+        change(offset, |memory, place| memory.blocking_write(place, bytes))
     }
 }

@@ -4,11 +4,13 @@
 //! Registers without a behaviour below keep what is written. Not modelled: wait states, bus
 //! contention, errors of received frames and everything analogue.
 //!
+//! `breaks` has what opens the bridge without software.
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.
 //! `fdcan` is the CAN controller, `serial` a serial line, `i2c` an I2C bus with the sensor modules
 //! on it, `dma` moves its bytes. `observe` shows what tests measure, and provokes what they need.
 //! `defect` gives the image a defect.
 
+mod breaks;
 mod defect;
 mod dma;
 mod fdcan;
@@ -19,6 +21,7 @@ mod part;
 mod reset_values;
 mod serial;
 
+pub use breaks::{Event, SYSCFG_CFGR2};
 pub use defect::Defect;
 pub use dma::{DMA1, DMA1_CHANNELS, DMAMUX1};
 pub use fdcan::{BUS_OFF, CAN_ERRORS, CAN_STATUS, PASSIVE, Wiring};
@@ -76,7 +79,6 @@ pub const GPIO: u32 = 0x4800_0000;
 pub const BDTR: u32 = TIM1 + 0x44;
 /// Main output enable in [`BDTR`].
 pub const MOE: u32 = 1 << 15;
-const BREAK_FLAG: u32 = 1 << 7;
 
 /// Number of the current interrupt.
 pub const ADC1_2: u16 = 18;
@@ -113,8 +115,10 @@ pub struct Pins {
     pub temperature: u16,
     /// Level of the input "safe torque off".
     pub safe_torque_off: bool,
-    /// Level of comparator 1: over-current.
-    pub over_current: bool,
+    /// Levels of the comparators of phases a, b and c: over-current.
+    pub over_current: [bool; 3],
+    /// Supply voltage of the chip, V.
+    pub chip_supply: f32,
     /// Levels of port B.
     pub port_b: u16,
     /// Levels of port C.
@@ -138,10 +142,12 @@ struct State {
     tim2_start: u64,
     advanced: u64,
     resets: u32,
+    changed_while_live: u32,
     defect: Option<Defect>,
     /// Register writes are not kept.
     forgets_writes: bool,
     motor: Option<AttachedMotor>,
+    events: breaks::Events,
     can: fdcan::Controller,
     flash: Option<FlashMemory>,
     serial: serial::Line,
@@ -196,7 +202,10 @@ impl State {
         let value = self.get(address);
         match address {
             // Oscillators and the PLL are ready at once.
-            RCC => value | (value & 0x0101_0100) << 1 | (value & 1 << 8) << 2,
+            RCC => {
+                let ready = (value & 0x0101_0100) << 1 & self.ready_mask();
+                value | ready | (value & 1 << 8) << 2
+            }
             a if a == RCC + 0x08 => value & !0xc | (value & 3) << 2,
             a if a == RCC + 0x94 || a == RCC + 0x98 => value | (value & 1) << 1,
             a if a == FLASH_CONTROL + 0x10 => self.flash().status,
@@ -233,6 +242,7 @@ impl State {
         }
     }
 
+    #[allow(clippy::too_many_lines)] // one arm per register
     fn write(&mut self, address: u32, value: u32) {
         let clock = self.clock;
         let value = self.write_of_defect(address, value);
@@ -249,6 +259,9 @@ impl State {
             return;
         }
         self.clear_serial(address, value);
+        if address == BDTR {
+            self.race(value);
+        }
         let old = self.get(address);
         let value = match address {
             TIM1 if value & !old & 1 != 0 => {
@@ -277,6 +290,10 @@ impl State {
             // An event generation bit reads as 0.
             a if a == TIM1 + 0x14 || a == TIM2 + 0x14 => 0,
             a if a == RCC + 0x94 && value & 1 << 23 != 0 => value & 1,
+            a if a == RCC + 0x20 => {
+                self.clear_clock_flags(value);
+                0
+            }
             a if a == FLASH_CONTROL + 0x08 => {
                 self.flash().unlock(value);
                 0
@@ -286,7 +303,9 @@ impl State {
                 0
             }
             a if a == FLASH_CONTROL + 0x14 => {
+                let before = self.flash().operations;
                 self.flash().set_control(value);
+                self.check_flash(before);
                 0
             }
             IWDG => {
@@ -330,6 +349,13 @@ impl State {
             _ => value,
         };
         self.set(address, value);
+    }
+
+    /// Counts a change of the flash memory while the gates are driven: the core stops for 22 ms.
+    fn check_flash(&mut self, operations_before: u32) {
+        if self.flash().operations != operations_before && self.drives() {
+            self.changed_while_live += 1;
+        }
     }
 
     /// A key in the watchdog's register starts or feeds it.
@@ -377,7 +403,7 @@ impl State {
         let enabled = self.get(TIM1 + 0x20) & 0x55 == 0x55;
         let counting = self.get(TIM1) & 1 != 0;
         Bridge {
-            live: self.get(BDTR) & MOE != 0 && enabled && counting,
+            live: self.drives() && enabled && counting,
             compares: [0x34, 0x38, 0x3c].map(|compare| self.get(TIM1 + compare)),
             reload: self.get(TIM1 + 0x2c),
         }
@@ -430,7 +456,7 @@ impl State {
         self.advanced = to;
         self.changed = false;
         let mut next = self.turn_motor().min(to + CORE_HZ / 1_000);
-        if let Some((period, moment)) = self.trigger() {
+        if let Some((period, moment)) = self.trigger().filter(|_| self.has_clock()) {
             let start = self.tim1_start;
             let count = |clock: u64| (clock.saturating_sub(start) + period - moment) / period;
             if count(to) > count(from.max(start)) {
@@ -459,16 +485,7 @@ impl State {
         }
         next = next.min(self.advance_can()).min(self.advance_serial());
         next = next.min(self.advance_i2c());
-        let bdtr = self.get(BDTR);
-        let af1 = self.get(TIM1 + 0x60);
-        let pin = af1 & 1 != 0
-            && u32::from(self.pins().safe_torque_off) ^ (af1 >> 9 & 1) == bdtr >> 13 & 1;
-        let comparator = af1 & 2 != 0 && self.pins().over_current;
-        if bdtr & 1 << 12 != 0 && (pin || comparator) {
-            self.set(BDTR, bdtr & !MOE);
-            let flags = self.get(TIM1 + 0x10) | BREAK_FLAG;
-            self.set(TIM1 + 0x10, flags);
-        }
+        self.advance_breaks();
         if let Some(deadline) = self.watchdog {
             next = next.min(deadline);
         }
@@ -555,7 +572,9 @@ impl MemOps for Programming {
     fn write(&self, offset: u64, bytes: &[u8], _: MemAttrs) -> MemResult {
         let word = bytes.try_into().expect("flash memory is written by words");
         let mut state = self.0.lock().expect("a state");
+        let before = state.flash().operations;
         state.flash().program(offset, u32::from_le_bytes(word));
+        state.check_flash(before);
         Ok(())
     }
 
@@ -607,7 +626,8 @@ impl Chip {
                 supply: 2866, // 24 V
                 temperature: 1309,
                 safe_torque_off: true,
-                over_current: false,
+                over_current: [false; 3],
+                chip_supply: 3.3,
                 // Home switch open, limit switches closed, encoder inputs pulled up.
                 port_b: 1 << 8 | 3 << 6,
                 // Emergency stop closed, dead-man switch held.
@@ -705,13 +725,20 @@ impl Chip {
                 for (line, level) in state.lines() {
                     self.cpu.set_irq(line, level);
                 }
+                self.cpu.set_nmi(state.nmi());
                 if state.watchdog.is_some_and(|deadline| clock >= deadline) {
                     state.reset(true);
                     state.resets += 1;
                     self.cpu = observe::new_core(&self.cpu);
                 }
             }
+            let runs = state.has_clock() && !state.is_halted();
+            let slowness = state.slowness();
             drop(state);
+            if !runs {
+                clock = self.next.min(end).max(clock + 1);
+                continue;
+            }
             if self.cpu.is_asleep() {
                 self.cpu.step();
                 if self.cpu.is_asleep() {
@@ -719,7 +746,7 @@ impl Chip {
                     continue;
                 }
             }
-            clock += self.cpu.step();
+            clock += slowness * self.cpu.step();
             self.instructions += 1;
             self.apply_defect();
             self.observe(clock);
@@ -829,7 +856,12 @@ impl Chip {
 
     /// Whether the transistors can be switched on.
     pub fn is_live(&self) -> bool {
-        self.register(BDTR) & MOE != 0
+        self.state().drives()
+    }
+
+    /// Number of changes of the flash memory while the gates were driven.
+    pub fn changed_while_live(&self) -> u32 {
+        self.state().changed_while_live
     }
 
     /// Number of resets by the watchdog.

@@ -8,12 +8,13 @@ use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use tautrack::bus::network::as_emergency;
 use tautrack::bus::pdo::{
-    BeltStatus, DriveStatus, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
-    Payload, transmit,
+    BeltStatus, DriveStatus, GuardClearance, GuardMargins, GuardMotion, GuardPassed, GuardPosition,
+    GuardState, Payload, transmit,
 };
 use tautrack::can::Frame;
 use tautrack::faults::Fault;
 use tautrack::node::guard::State;
+use tautrack::robots::b2p2::clearance::{Cause, Phase};
 use tautrack::stability::filter::Verdict;
 use tautrack::stability::support::Edge;
 
@@ -55,6 +56,8 @@ pub struct Listener {
     /// for which they have waited.
     unnamed: Vec<(u16, u8)>,
     notices: Vec<Notice>,
+    /// Number of transitions of the autonomous clearance.
+    transitions: u8,
 }
 
 /// Number of samples after which a fault of the guard is logged without a node. The guard's state
@@ -77,6 +80,7 @@ impl Listener {
             logged: BTreeSet::new(),
             unnamed: Vec::new(),
             notices: Vec::new(),
+            transitions: 0,
         }
     }
 
@@ -119,6 +123,8 @@ impl Listener {
             self.receive_posture(passed.asked_posture, passed.passed_posture);
         } else if let Some(position) = GuardPosition::from_frame(frame, transmit(5), guard) {
             self.receive_position(position);
+        } else if let Some(clearance) = GuardClearance::from_frame(frame, transmit(6), guard) {
+            self.receive_clearance(clearance);
         } else if let Some(emergency) = as_emergency(frame) {
             self.receive_emergency(emergency.node, emergency.code, time_us);
         } else {
@@ -202,6 +208,30 @@ impl Listener {
     /// Returns the fault reports since the last call.
     pub fn take_notices(&mut self) -> Vec<Notice> {
         std::mem::take(&mut self.notices)
+    }
+
+    /// Logs each transition of the autonomous clearance with its cause.
+    fn receive_clearance(&mut self, clearance: GuardClearance) {
+        let phase = Phase::from_code(clearance.phase).unwrap_or_default();
+        let cause = Cause::from_code(clearance.cause).unwrap_or_default();
+        self.received.cleared = clearance.cleared;
+        self.received.clearance = if phase == Phase::Off {
+            ""
+        } else {
+            phase.name()
+        };
+        self.received.clearance_cause = cause.words();
+        if self.transitions != clearance.transitions {
+            self.transitions = clearance.transitions;
+            let level = match phase {
+                Phase::Withdraw | Phase::GivenUp | Phase::Held => Level::Warning,
+                _ => Level::Info,
+            };
+            self.note(
+                level,
+                format!("clearance: {} ({})", phase.name(), cause.words()),
+            );
+        }
     }
 
     fn receive_state(&mut self, state: GuardState, time_us: u64) {

@@ -2,10 +2,10 @@
 
 use super::listener::View;
 use crate::robots::Posture;
-use crate::scenario::{Ask, Belts, BusView, OperatorRequest, Scenario, Script};
+use crate::scenario::{Ask, Belts, BusView, Clearance, OperatorRequest, Scenario, Script};
 use crate::world::terrain::Terrain;
 use std::f64::consts::TAU;
-use tautrack::bus::pdo::{BELTS_RELEASED, OperatorCommand, Payload, Request, receive};
+use tautrack::bus::pdo::{BELTS_RELEASED, CLEARANCE, OperatorCommand, Payload, Request, receive};
 use tautrack::can::Frame;
 use tautrack::node::guard::State;
 
@@ -107,7 +107,11 @@ impl Operator {
                 Belts::Taut => 0,
                 Belts::Released => BELTS_RELEASED,
             };
-            command.request = ask.request.code() as u8 | belts;
+            let clearance = match ask.clearance {
+                Clearance::Manual => 0,
+                Clearance::Autonomous => CLEARANCE,
+            };
+            command.request = ask.request.code() as u8 | belts | clearance;
             let let_go = self.let_go_us.is_some_and(|since| time_us >= since);
             if !let_go {
                 self.theta = ask.theta;

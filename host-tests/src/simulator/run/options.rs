@@ -2,10 +2,14 @@
 
 use crate::programs::{Board, Program};
 use crate::robots::NodeName;
+use crate::simulator::record::Sample;
 use crate::simulator::slcan::SlcanPort;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
+
+/// Condition on the samples of a run, in order.
+pub type EndWhen = Box<dyn FnMut(&Sample) -> bool>;
 
 /// Options of a run.
 #[derive(Default)]
@@ -24,6 +28,8 @@ pub struct Options {
     pub end_when_toppled: bool,
     /// Ends the run when the armed robot has stood still for this time, s.
     pub end_when_still_s: Option<f64>,
+    /// Ends the run after the first sample for which this holds.
+    pub end_when: Option<EndWhen>,
     /// Port through which CAN clients take part. The first step waits for the first client.
     pub slcan: Option<SlcanPort>,
     /// Maximum wall-clock time to wait for the first client; unlimited if absent.

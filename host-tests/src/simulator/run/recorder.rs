@@ -2,6 +2,7 @@
 
 use super::conditions::{Conditions, is_still};
 use super::lockstep::Run;
+use super::options::EndWhen;
 use super::pace::Pace;
 use super::{Ending, Options, RunError, Sink};
 use crate::programs::Programs;
@@ -29,11 +30,14 @@ pub fn record(
 ) -> Result<Ending, RunError> {
     let conditions = Conditions::of(scenario, &options);
     let (speed, slcan_wait) = (options.speed, options.slcan_wait);
+    let mut options = options;
+    let end_when = options.end_when.take();
     let run = Run::start(scenario, programs, options)?;
     let mut recorder = Recorder {
         run,
         step: 0,
         conditions,
+        end_when,
     };
     let waited = recorder.wait_for_client(slcan_wait);
     let speed = speed.or(recorder.run.slcan.as_ref().map(|_| 1.0));
@@ -54,6 +58,7 @@ struct Recorder {
     /// Number of steps done.
     step: u64,
     conditions: Conditions,
+    end_when: Option<EndWhen>,
 }
 
 impl Recorder {
@@ -93,6 +98,9 @@ impl Recorder {
                     still_since_s = sample.time_s;
                 }
                 if sample.time_s - still_since_s >= self.conditions.still_s {
+                    end = step;
+                }
+                if self.end_when.as_mut().is_some_and(|holds| holds(&sample)) {
                     end = step;
                 }
                 theta_before = Some(sample.truth.theta);

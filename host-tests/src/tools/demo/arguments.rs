@@ -3,12 +3,14 @@
 use crate::programs::Board;
 use crate::robots::Kind;
 use crate::scenario::{SensorErrors, Sensors};
+use crate::tools::suite::clearance::Shard;
 use clap::{Parser, ValueEnum};
 use std::path::PathBuf;
 use std::time::Duration;
 
 /// Runs the firmware of a robot's nodes with simulated physics and writes the results.
 #[derive(Parser)]
+#[allow(clippy::struct_excessive_bools)] // one per option without a value
 #[command(name = "cargo demo", version)]
 pub(super) struct Arguments {
     /// Scenario file to run; by default that of the robot
@@ -25,9 +27,25 @@ pub(super) struct Arguments {
     /// addition to the named ones
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 200)]
     pub random: u64,
-    /// Operators' suite: number of runs
+    /// Operators' and clearance suite: number of runs
     #[arg(long, value_name = "N", requires = "suite", default_value_t = 100)]
     pub runs: u64,
+    /// Clearance suite: makes only part I of N of the runs
+    #[arg(long, value_name = "I/N", requires = "suite", default_value_t = Shard::WHOLE)]
+    pub shard: Shard,
+    /// Clearance suite: a node, the bus or the inclinometer fails in the middle of each run
+    #[arg(long, requires = "suite")]
+    pub faults: bool,
+    /// Clearance suite: runs stairs over riser and run instead, and writes clearance.svg
+    #[arg(long, requires = "suite")]
+    pub grid: bool,
+    /// Clearance suite: prints one line of JSON for each run instead of the table
+    #[arg(long)]
+    pub json: bool,
+    /// Clearance suite: prints the table of the results in this folder, those of all shards, and
+    /// runs nothing
+    #[arg(long, value_name = "DIR", conflicts_with_all = ["scenario", "suite", "slcan"])]
+    pub merge: Option<PathBuf>,
     /// Processor of the nodes: a Cortex-M4F emulated by QEMU (qemu), or this computer (host), which
     /// is the fastest
     #[arg(long, value_enum, default_value_t = Nodes::Qemu)]
@@ -129,6 +147,8 @@ pub(super) enum Suite {
     Hazards,
     /// Runs with operators who command at random; the guard must keep the robot from toppling
     Operators,
+    /// Obstacles that B2P2 clears by itself
+    Clearance,
 }
 
 fn positive(text: &str) -> Result<f64, String> {

@@ -37,6 +37,12 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
         Ok(out) => out,
         Err(message) => return fail(&message, USAGE),
     };
+    if let Some(folder) = &arguments.merge {
+        return match command::merge(folder, arguments.json) {
+            Ok(all_hold) => ExitCode::from(u8::from(!all_hold)),
+            Err(message) => fail(&message, 1),
+        };
+    }
     if let Some(suite) = arguments.suite {
         let seed = arguments.seed.unwrap_or(1);
         let default_with_guard = arguments.robot == Kind::default() && arguments.guard.is_none();
@@ -49,6 +55,11 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
             }
             Suite::Hazards => {
                 return fail("--suite hazards takes neither --robot nor --guard", USAGE);
+            }
+            Suite::Clearance if arguments.grid => command::grid(board, &out),
+            Suite::Clearance => {
+                let runs = (arguments.runs, seed, arguments.faults);
+                command::clearance(board, runs, arguments.shard, arguments.json, &out)
             }
             Suite::Operators => {
                 let plan = Plan {

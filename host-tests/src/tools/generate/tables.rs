@@ -11,7 +11,7 @@ pub fn faults() -> String {
         .to_owned();
     let reaction = |reaction| match reaction {
         Reaction::Hold => "ramps to standstill and holds",
-        Reaction::Brake => "shorts its windings",
+        Reaction::Brake => "brakes",
         Reaction::Off => "opens its bridge",
     };
     for row in faults::TABLE {

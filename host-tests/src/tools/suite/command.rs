@@ -1,5 +1,6 @@
 //! Runs the suites for `cargo demo --suite`: builds the programs, prints progress, writes files.
 
+use super::clearance::{self, Shard, shards};
 use super::evaluation::Row;
 use super::operators::Plan;
 use super::operators::journal::Journal;
@@ -102,6 +103,87 @@ pub fn operators(board: Board, plan: &Plan, out: &Path) -> Result<bool, String> 
     let file = folder.join(format!("seed-{}.md", plan.seed));
     fs::write(file, table).map_err(cannot)?;
     Ok(!rows.iter().any(operated::Row::failed))
+}
+
+/// Runs a shard of the clearance suite. Prints the table, or with `json` one line for each run.
+/// Returns whether no robot toppled.
+///
+/// # Errors
+/// The programs do not build, a run fails, or a file cannot be written.
+pub fn clearance(
+    board: Board,
+    (runs, seed, faulty): (u64, u64, bool),
+    shard: Shard,
+    json: bool,
+    out: &Path,
+) -> Result<bool, String> {
+    let programs = programs(board, Kind::default())?;
+    let folder = out.join("clearance");
+    let cannot = |error| format!("cannot write to {}: {error}", folder.display());
+    fs::create_dir_all(&folder).map_err(cannot)?;
+    let done = |row: &clearance::Row, scenario: &Scenario| {
+        if row.missed() {
+            let file = folder.join(&scenario.name).with_extension("toml");
+            if let Err(error) = fs::write(&file, operated::text(scenario)) {
+                eprintln!("error: cannot write {}: {error}", file.display());
+            }
+        }
+        if json {
+            print!("{}", shards::line(row));
+        } else {
+            println!("{:>5}  {}", row.number, clearance::table::progress(row));
+        }
+    };
+    let rows = clearance::clearance((runs, seed, faulty), shard, &programs, &done)
+        .map_err(|error| error.to_string())?;
+    let lines: String = rows.iter().map(shards::line).collect();
+    fs::write(shard.file(&folder, seed), lines).map_err(cannot)?;
+    Ok(show(&rows, json))
+}
+
+/// Runs the grid of stairs, prints its table, and writes the chart. Returns whether statics and
+/// simulation agree in at least 95 % of the cells that are far from the limit.
+///
+/// # Errors
+/// The programs do not build, a run fails, or a file cannot be written.
+pub fn grid(board: Board, out: &Path) -> Result<bool, String> {
+    let programs = programs(board, Kind::default())?;
+    let done = |row: &clearance::Row| println!("{}", clearance::table::progress(row));
+    let rows = clearance::grid::grid(&programs, &done).map_err(|error| error.to_string())?;
+    let file = out.join("clearance.svg");
+    fs::create_dir_all(out)
+        .and_then(|()| fs::write(&file, clearance::grid::chart(&rows)))
+        .map_err(|error| format!("cannot write {}: {error}", file.display()))?;
+    let [far, agree] = clearance::grid::agreement(&rows);
+    println!("statics and simulation agree in {agree} of {far} cells far from the limit");
+    Ok(100 * agree >= 95 * far)
+}
+
+/// Prints the merged results of the shards in `folder`. Returns whether no robot toppled.
+///
+/// # Errors
+/// A file cannot be read, or there is none.
+pub fn merge(folder: &Path, json: bool) -> Result<bool, String> {
+    let rows = shards::merged(folder)
+        .map_err(|error| format!("cannot merge {}: {error}", folder.display()))?;
+    if rows.is_empty() {
+        return Err(format!("{} has no results (*.jsonl)", folder.display()));
+    }
+    if json {
+        for row in &rows {
+            print!("{}", shards::line(row));
+        }
+    }
+    Ok(show(&rows, json))
+}
+
+fn show(rows: &[clearance::Row], json: bool) -> bool {
+    if !json {
+        println!("\n{}", clearance::table::table(rows));
+    }
+    !rows
+        .iter()
+        .any(|row| row.ending == clearance::Ending::Toppled)
 }
 
 /// Writes the scenario of a run that toppled or never armed, with the command that repeats it.

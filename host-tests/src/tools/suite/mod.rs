@@ -10,8 +10,10 @@
 //! `hazards` runs this suite: [`evaluation`] evaluates one scenario, `lead` how early the guard
 //! acts, [`interruption`] a restart or a reset, [`draw`] draws scenarios, `findings` holds the
 //! results, [`table`] writes them. [`operators`] is the suite of operators who command at random.
-//! [`command`] runs both suites for the command line, `cores` runs jobs on all cores.
+//! [`clearance`] is the suite of obstacles that B2P2 clears by itself.
+//! [`command`] runs the suites for the command line, `cores` runs jobs on all cores.
 
+pub mod clearance;
 pub mod command;
 mod cores;
 pub mod draw;

@@ -1,5 +1,6 @@
 //! Tests of whole runs: node programs, bus, plant and operator together.
 
+mod clearance;
 mod client;
 mod climb;
 mod dead_nodes;

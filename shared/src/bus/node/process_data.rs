@@ -335,7 +335,7 @@ pub(super) struct Pdos {
 
 impl Pdos {
     const RECEIVE: usize = 4;
-    const TRANSMIT: usize = 5;
+    const TRANSMIT: usize = 6;
 
     /// PDOs of which none is used.
     pub const fn unused() -> Self {

@@ -23,6 +23,7 @@ pub struct Means {
 
 /// Measurements of the bridge that supervise the motor. The default is "nothing known, nothing
 /// wrong".
+#[allow(clippy::struct_excessive_bools)] // each is a finding, and all are independent
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Electrical {
     /// Mean voltages in d and q, V; the voltage of a brushed winding is that in q. `None` unless
@@ -42,6 +43,8 @@ pub struct Electrical {
     pub index: Finding,
     /// Bridge currents exceeded 150 % of the current limit. The bridge is open and stays open.
     pub over_current: bool,
+    /// The same of the supply voltage and its bound.
+    pub over_voltage: bool,
     /// When the bridge was open last, a current converter showed more than 2 % of the current limit
     /// plus [`ZERO_ERROR`](super::ZERO_ERROR) of its full scale, for 20 control periods.
     pub wrong_zero: bool,
@@ -102,7 +105,7 @@ impl Sums {
     }
 
     /// Computes the means; `None` without a sample. A control period has `expected` PWM periods.
-    pub fn means(&self, fixed: &Fixed, expected: u32, over_current: bool) -> Option<Means> {
+    pub fn means(&self, fixed: &Fixed, expected: u32) -> Option<Means> {
         let samples = self.samples;
         if samples == 0 {
             return None;
@@ -122,7 +125,8 @@ impl Sums {
                 angle: None,
                 ahead: None,
                 index: Finding::Nothing,
-                over_current,
+                over_current: false,
+                over_voltage: false,
                 wrong_zero: false,
                 overrun: samples < expected / 2 || samples > expected.saturating_mul(2),
             },

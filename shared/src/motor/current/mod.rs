@@ -62,7 +62,9 @@ pub enum BridgeDemand {
     /// All transistors are open: the motor turns freely.
     #[default]
     Off,
-    /// The windings are shorted: the motor resists motion.
+    /// The reaction to a fault that may brake. All transistors are open while the back-EMF is below
+    /// the supply voltage. Above it the windings are shorted, if bridge and winding carry the
+    /// current of the short for as long as it takes.
     Brake,
     /// The current loop is on, with this demand in A: the current of a brushed motor's winding, or
     /// the current that makes the torque of a three-phase motor (its amplitude).
@@ -89,8 +91,8 @@ pub enum BridgeDemand {
     Aligned(ElectricalAngle),
 }
 
-/// Number of PWM periods with an over-current in one control period after which the bridge stays
-/// open. One alone may be a disturbed sample.
+/// Number of PWM periods with an over-current or an over-voltage in one control period after which
+/// the bridge stays open. One alone may be a disturbed sample.
 const TRIP_PERIODS: u32 = 2;
 
 /// Controller of the motor's kind.
@@ -123,9 +125,13 @@ pub struct CurrentLoop {
     /// PWM periods for which the demand is still valid, and for which a new one is.
     left: u32,
     life: u32,
-    /// PWM periods with an over-current in this control period. From [`TRIP_PERIODS`] on, the
-    /// bridge stays open.
+    /// PWM periods with an over-current or an over-voltage in this control period. From
+    /// [`TRIP_PERIODS`] on, the bridge stays open.
     excess: u32,
+    /// The newest of them was an over-voltage.
+    over_voltage: bool,
+    /// The demand is to brake, and shorts the windings.
+    shorted: bool,
     /// Measurements since the last call of [`Self::take_means`].
     sums: Sums,
     probe: Probe,
@@ -178,16 +184,26 @@ impl CurrentLoop {
     /// supply voltage the voltage is 0.
     ///
     /// After an over-current the bridge stays open whatever is demanded, until the demand is
-    /// [`BridgeDemand::Off`] once.
+    /// [`BridgeDemand::Off`] once. After an over-voltage, [`BridgeDemand::Brake`] ends this, too.
     pub fn demand(&mut self, demand: BridgeDemand, supply_voltage: f32, shaft_velocity: f32) {
         let (mut axes, mut shaft_velocity) = (None, shaft_velocity);
+        if demand == BridgeDemand::Brake && self.over_voltage {
+            self.excess = 0;
+        }
+        let tripped = self.excess >= TRIP_PERIODS;
+        self.shorted = demand == BridgeDemand::Brake
+            && !tripped
+            && self
+                .fixed
+                .shorts(supply_voltage, shaft_velocity, self.shorted);
         let action = match demand {
             BridgeDemand::Off => {
                 self.excess = 0;
                 Action::Off
             }
-            _ if self.excess >= TRIP_PERIODS => Action::Off,
-            BridgeDemand::Brake => Action::Brake,
+            BridgeDemand::Brake if self.shorted => Action::Brake,
+            BridgeDemand::Brake => Action::Off,
+            _ if tripped => Action::Off,
             BridgeDemand::Current(amperes) => Action::Current(self.limited(amperes), 0),
             BridgeDemand::Braking { current, direct } => {
                 let q = self.limited(current);
@@ -308,7 +324,9 @@ impl CurrentLoop {
         if !tripped {
             self.excess = 0;
         }
-        let mut means = sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS, tripped)?;
+        let mut means = sums.means(&self.fixed, self.life / DEMAND_CONTROL_PERIODS)?;
+        means.electrical.over_current = tripped && !self.over_voltage;
+        means.electrical.over_voltage = tripped && self.over_voltage;
         means.electrical.wrong_zero = self.follow_zero(sums.idle_codes());
         if let Motor::ThreePhase(_, rotor, turn) = &mut self.motor {
             if let Some(index) = &mut self.index {
@@ -355,8 +373,8 @@ impl CurrentLoop {
     /// Runs one PWM period: computes the command for the next period.
     ///
     /// It is defined for every input. The bridge is off while a phase current exceeds 150 % of the
-    /// current limit. It is off instead of braking while a phase current exceeds the current limit,
-    /// because only its resistance limits the current of a shorted motor.
+    /// current limit, and while the supply voltage is too high. A short is not opened because of
+    /// the voltage: it returns nothing to the supply.
     #[inline]
     pub fn period(&mut self, readings: &Readings) -> PowerStage {
         let currents = self.sensing.currents(readings.currents);
@@ -367,8 +385,10 @@ impl CurrentLoop {
             self.left -= 1;
             self.demand.action
         };
+        let too_large = largest > self.over_current;
+        let too_high = readings.over_voltage && action != Action::Brake;
         let (stage, current) = match action {
-            Action::Current(q, d) if largest <= self.over_current => {
+            Action::Current(q, d) if !too_large && !too_high => {
                 let point = &self.demand.point;
                 let target = Target {
                     current: Dq { d, q },
@@ -385,7 +405,7 @@ impl CurrentLoop {
                 self.measured = current;
                 (PowerStage::Drive(compare), current.q)
             }
-            Action::Excite if largest <= self.over_current => {
+            Action::Excite if !too_large && !too_high => {
                 let point = &self.demand.point;
                 let compare = self.probe.step(&self.motor, *readings, currents, point);
                 (
@@ -395,14 +415,15 @@ impl CurrentLoop {
             }
             action => {
                 self.motor.reset();
-                if action != Action::Off && largest > self.over_current {
+                if action != Action::Off && (too_large || too_high) {
+                    self.over_voltage = !too_large;
                     self.excess = self.excess.saturating_add(1);
                     if self.excess >= TRIP_PERIODS {
                         self.left = 0;
                     }
                 }
-                let brakes = action == Action::Brake && largest <= self.current_limit;
-                let stage = if brakes {
+                // One disturbed sample does not open a short.
+                let stage = if action == Action::Brake && self.excess < TRIP_PERIODS {
                     PowerStage::Brake
                 } else {
                     self.sums.add_idle(readings.currents);

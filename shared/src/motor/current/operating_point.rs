@@ -3,7 +3,7 @@
 
 use super::circle::Circle;
 use super::{MIN_SUPPLY_VOLTAGE, VOLTAGE_FULL_SCALE};
-use crate::math::{sin_cos_q30, to_i32};
+use crate::math::{root_of_sum, sin_cos_q30, to_i32};
 use crate::motor::bridge::{MAX_DUTY, Ratings};
 use crate::units::Angle;
 
@@ -23,6 +23,47 @@ pub struct Fixed {
     pub flux: f32,
     /// Amplitude of the back-EMF between two terminals, V s/rad of the output shaft.
     pub emf: f32,
+    /// Resistance of the winding, or of one phase, ohm.
+    pub resistance: f32,
+    /// Current that bridge and winding carry for as long as it takes, A.
+    pub continuous_current: f32,
+}
+
+/// Part of the continuous current that a short may take: when it begins, the current swings to
+/// twice as much.
+const SHORT: f32 = 0.7;
+/// The same at which a short ends, because opening it then returns hardly any energy.
+const SHORT_ENDS: f32 = 0.1;
+
+impl Fixed {
+    /// Returns whether a fault's reaction "brake" shorts the winding at this supply voltage, V, and
+    /// velocity of the output shaft, rad/s, instead of opening the bridge. `shorted` is whether it
+    /// does so already.
+    ///
+    /// An open bridge returns nothing while the back-EMF is below the supply. Above it, the diodes
+    /// would charge the supply, so the winding is shorted if its current can flow for as long as it
+    /// takes. A short that is opened while a current flows charges the supply, so it lasts until
+    /// the motor is slow. NaN opens the bridge.
+    pub(super) fn shorts(&self, supply_voltage: f32, shaft_velocity: f32, shorted: bool) -> bool {
+        let short = self.short_current(shaft_velocity);
+        if shorted {
+            short > SHORT_ENDS * self.continuous_current
+        } else {
+            (self.emf * shaft_velocity).abs() > supply_voltage
+                && short <= SHORT * self.continuous_current
+        }
+    }
+
+    /// Returns the current of a shorted winding at this velocity of the output shaft, A.
+    fn short_current(&self, shaft_velocity: f32) -> f32 {
+        let speed = (self.electrical_per_shaft * shaft_velocity).abs();
+        if speed == 0.0 {
+            return (self.emf * shaft_velocity).abs() / self.resistance;
+        }
+        let [d, q] = self.inductance.map(|inductance| speed * inductance);
+        let across = root_of_sum(q * q + self.resistance * self.resistance);
+        speed * self.flux * across / (self.resistance * self.resistance + d * q)
+    }
 }
 
 /// Supply voltage and speed, prepared for the PWM interrupt. 2^24 is [`VOLTAGE_FULL_SCALE`].

@@ -48,6 +48,8 @@ pub struct Config {
     /// Time for which both transistors of a half bridge are off at each edge, s; at most 2 % of the
     /// PWM period. The loop compensates it.
     pub dead_time: f32,
+    /// Current that bridge and winding carry for as long as it takes, A.
+    pub continuous_current: f32,
     /// PWM periods per control period.
     pub periods_per_control: u32,
 }
@@ -138,6 +140,8 @@ impl Config {
         let inductance = settings.si(Setting::Inductance);
         let inductance_q = settings.si_or(Setting::InductanceQ, Setting::Inductance);
         let three_phase = settings.get(Setting::MotorKind) != 0;
+        let [bridge, winding] = [Setting::BridgeCurrent, Setting::WindingCurrent]
+            .map(|current| settings.si_or(current, Setting::CurrentLimit));
         Self {
             kind: if three_phase {
                 MotorKind::ThreePhase
@@ -160,6 +164,7 @@ impl Config {
             },
             sensor: RotorSensor::of(settings).unwrap_or(RotorSensor::Incremental),
             dead_time: settings.si(Setting::DeadTime),
+            continuous_current: if bridge < winding { bridge } else { winding },
             periods_per_control,
         }
     }
@@ -236,6 +241,8 @@ impl Config {
             electrical_per_shaft: electrical_per_rotor * self.gear_ratio,
             inductance: self.inductance,
             flux,
+            resistance: self.resistance,
+            continuous_current: self.continuous_current,
             emf: self.gear_ratio
                 * match self.kind {
                     MotorKind::Brushed => self.torque_constant,
@@ -295,6 +302,8 @@ impl CurrentLoop {
             left: 0,
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
             excess: 0,
+            over_voltage: false,
+            shorted: false,
             sums: Sums::default(),
             probe: super::probe::Probe::default(),
             measured: Dq::default(),

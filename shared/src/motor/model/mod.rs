@@ -217,6 +217,7 @@ impl Motor {
         Readings {
             currents: currents.map(|current| self.code(current)),
             rotor: ((turn * u64::from(self.model.encoder_counts)) >> 32) as u32,
+            over_voltage: false,
         }
     }
 

@@ -195,6 +195,7 @@ impl Watches {
             faults.insert_if(fault, *lasted >= dwell);
         }
         faults.insert_if(Fault::OverCurrent, now.electrical.over_current);
+        faults.insert_if(Fault::OverVoltage, now.electrical.over_voltage);
         faults
     }
 

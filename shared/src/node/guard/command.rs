@@ -6,7 +6,7 @@ use super::{Guard, State};
 use crate::bus::pdo::Request;
 use crate::bus::scale::from_milli;
 use crate::faults::Fault;
-use crate::robots::{Body, Command};
+use crate::robots::{Autonomy, Body, Command};
 use crate::stability::balance;
 use crate::stability::trip::Requests;
 use crate::stability::verdict::Verdict;
@@ -66,6 +66,15 @@ impl<B: Body> Guard<B> {
                 .body
                 .commanded_posture(received.posture, self.operator.releases_belts()),
         };
+        let autonomy = match self.state {
+            _ if !self.operator.lets_clear() => Autonomy::Off,
+            State::Held => Autonomy::Stopped,
+            State::Armed if self.balance.tripped() => Autonomy::Stopped,
+            State::Armed if inputs.drives && inputs.attended => Autonomy::On,
+            State::Armed => Autonomy::Waits,
+            _ => Autonomy::Off,
+        };
+        let command = self.body.clear(command, autonomy, &self.attitude, period);
         let (posture, speed) = (self.body.posture(), self.body.speed());
         let (command, admitted) =
             self.balance

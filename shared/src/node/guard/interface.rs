@@ -1,7 +1,8 @@
 //! Inputs and outputs of the guard's tick.
 
 use crate::bus::pdo::{
-    GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState, OperatorCommand,
+    GuardClearance, GuardMargins, GuardMotion, GuardPassed, GuardPosition, GuardState,
+    OperatorCommand,
 };
 use crate::can::Frame;
 use crate::estimate::state::State as RobotState;
@@ -44,6 +45,8 @@ pub struct Outputs {
     pub margins: GuardMargins,
     /// Payload of TPDO 4.
     pub passed: GuardPassed,
+    /// Payload of TPDO 6.
+    pub clearance: GuardClearance,
     /// Passed and measured slack of the belts, um (objects 0x4004:5 and 0x4004:6).
     pub slack: [i32; 2],
     /// Estimated tension of the belts, 0.1 N (object 0x4004:7).

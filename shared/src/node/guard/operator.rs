@@ -6,7 +6,7 @@
 //! commands between those of the first make one. Every request to stop counts at once.
 
 use super::streams::Streams;
-use crate::bus::pdo::{BELTS_RELEASED, DEAD_MAN_HELD, OperatorCommand, Request};
+use crate::bus::pdo::{BELTS_RELEASED, CLEARANCE, DEAD_MAN_HELD, OperatorCommand, Request};
 use crate::settings::{Setting, Settings};
 
 /// Number of commands in a row that make a request.
@@ -95,6 +95,11 @@ impl Operator {
     /// Returns whether the newest command releases the belts.
     pub fn releases_belts(&self) -> bool {
         self.command.request & BELTS_RELEASED != 0
+    }
+
+    /// Returns whether the newest command lets the robot clear obstacles by itself.
+    pub fn lets_clear(&self) -> bool {
+        self.command.request & CLEARANCE != 0
     }
 
     /// Returns whether enough commands in a row have made the newest request.

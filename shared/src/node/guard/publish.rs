@@ -85,6 +85,7 @@ impl<B: Body> Guard<B> {
             asked_posture: command.posture,
             passed_posture: self.body.posture().word(),
         };
+        outputs.clearance = self.body.clearance();
         outputs.slack = self.body.slack().map(micro);
         outputs.belt_tension = to_i16(self.body.belt_tension() * 10.0);
         outputs.refused = self.tally.refused;

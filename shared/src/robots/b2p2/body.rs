@@ -1,15 +1,19 @@
 //! Implements [`Body`] for B2P2: its stance, and the set-points of its drives for a command.
 
+use super::clearance::phases::FOLDED;
+use super::clearance::{Clearance, Facts, Straight, may_arch};
 use super::shape::AXLE_3_FROM_BODY_3;
 use super::{FrontPart, Masses, Model};
+use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{Position, Scale, Target};
+use crate::constants::GRAVITY;
 use crate::estimate::attitude::Attitude;
 use crate::estimate::state::Joint;
-use crate::math::{Turns, clamp, limit, max, min, sin_cos, to_i32};
+use crate::math::{Turns, atan2, clamp, limit, max, min, sin_cos, to_i32};
 use crate::motor::profile::{Limits, Motion};
 use crate::robots::body::{
-    Ahead, Allowed, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset, Phase,
-    PostureCommand, drive_of,
+    Ahead, Allowed, Autonomy, Body, Command, DriveState, Goal, MAX_DRIVES, MAX_OFFSETS, Offset,
+    Phase, PostureCommand, drive_of,
 };
 use crate::robots::odometry::Odometry;
 use crate::robots::turn::Turn;
@@ -115,6 +119,14 @@ pub struct B2p2 {
     forward: Motion,
     turn: Turn,
     heading: Option<Angle>,
+    clearance: Clearance,
+    /// Weight with the declared payload, N.
+    weight: f32,
+    /// Torque of both tracks, N m; odometry at the previous call of [`Body::clear`], um.
+    track_torque: f32,
+    cleared_um: Option<i32>,
+    /// Angle by which a lowered front lifts the body off its belts' lower run, rad, at that call.
+    lifted: Option<f32>,
 }
 
 /// Commanded shape of the front. On the bus its word is the angle, in 2^-16 turn; the slack comes
@@ -252,8 +264,25 @@ impl Body for B2p2 {
         let retreat = (i64::from(settings.get(Setting::HomingRetreat)) << 24) / 1_000_000;
         let released = (geometry.released_length().to_bits() >> 4) - retreat as i32;
         let released = Length::from_bits(released << 4);
+        let model = Model::new(settings);
+        let straight = model.shape(Angle::ZERO, metres(geometry.extension(Angle::ZERO).length));
+        let angle = Angle::from_degrees(FOLDED);
+        let folded = model.shape(angle, metres(geometry.extension(angle).length));
+        let masses = Masses::new(settings);
         Ok(Self {
-            model: Model::new(settings),
+            clearance: Clearance::new(
+                &Straight {
+                    cog: [straight.cog[0], straight.cog[2]],
+                    length: straight.axle_3[0],
+                    pulley_radius: settings.si(Setting::PulleyRadius),
+                },
+                may_arch([folded.cog[0], folded.cog[2]]),
+            ),
+            weight: (masses.of_robot() + masses.payload.mass) * GRAVITY,
+            track_torque: 0.0,
+            cleared_um: None,
+            lifted: None,
+            model,
             front: FrontPart::new(&geometry, settings),
             slack_law: SlackLaw::new(&geometry),
             geometry,
@@ -338,6 +367,58 @@ impl Body for B2p2 {
         }
     }
 
+    fn clear(
+        &mut self,
+        command: Command<Front>,
+        autonomy: Autonomy,
+        attitude: &Attitude,
+        period: f32,
+    ) -> Command<Front> {
+        let odometry_um = self.odometry.um();
+        let before = self.cleared_um.replace(odometry_um).unwrap_or(odometry_um);
+        if autonomy != Autonomy::On {
+            self.lifted = None;
+            match autonomy {
+                Autonomy::Off => self.clearance.end(),
+                Autonomy::Stopped => self.clearance.stop(),
+                Autonomy::On | Autonomy::Waits => {}
+            }
+            return command;
+        }
+        let [x, _, z] = self.model.shape(self.theta, self.extension).axle_3;
+        let lifted = atan2(-min(z, 0.0), x);
+        let lifts = (lifted - self.lifted.replace(lifted).unwrap_or(lifted)) / period;
+        let wanted = self.clearance.advance(&Facts {
+            pitch: attitude.pitch().radians() - lifted,
+            pitch_rate: attitude.pitch_rate() - lifts,
+            chassis: self.theta.radians(),
+            travel: odometry_um.wrapping_sub(before) as f32 * 1e-6,
+            push: self.track_torque / (self.pulley_radius * self.weight),
+            roll: attitude.roll().radians(),
+            speed: command.forward,
+            yaw_rate: command.yaw_rate,
+            period,
+        });
+        Command {
+            forward: wanted.speed,
+            yaw_rate: wanted.yaw_rate,
+            posture: Front {
+                angle: wanted
+                    .chassis
+                    .map_or(self.chassis.position.angle(), Angle::from_radians),
+                slack: if wanted.released {
+                    self.release_slack
+                } else {
+                    0.0
+                },
+            },
+        }
+    }
+
+    fn clearance(&self) -> GuardClearance {
+        self.clearance.report()
+    }
+
     fn observe(&mut self, drives: &[DriveState], attitude: &Attitude, _: f32) {
         self.kept_shape = (self.theta, self.extension);
         self.joint_known = drive_of(drives, JOINT).homed;
@@ -352,6 +433,7 @@ impl Body for B2p2 {
             let length = Length::from_bits(to_i32(self.extension * 268_435_456.0));
             self.measured_slack = metres(self.geometry.slack(self.theta, length));
         }
+        self.track_torque = drive_of(drives, LEFT).torque + drive_of(drives, RIGHT).torque;
         self.belt_tension = drive_of(drives, SCREW).belt_tension;
         let tracks = [LEFT, RIGHT].map(|side| drive_of(drives, side).position);
         if let Some(before) = self.tracks {

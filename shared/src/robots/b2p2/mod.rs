@@ -10,6 +10,7 @@
 //!   the motion of joint 8 that taut tracks require.
 //! * [`shape`]: the few positions that the guard needs at every tick, from binary angles.
 //! * [`feed_forward`]: the load of the front part on its two drives.
+//! * [`clearance`]: clears stairs, curbs and ramps by itself.
 //! * [`body`]: the interface to the guard.
 //!
 //! The joints `q`, m and rad: 1 forward (y0), 2 to the right (x0), 3 up (z0), 4 yaw, 5 roll, 6
@@ -17,6 +18,7 @@
 //! origin of R0 and heads along y0. Arrays count from 0: `q[0]` is `q1`.
 
 pub mod body;
+pub mod clearance;
 pub mod feed_forward;
 pub mod masses;
 pub mod model;

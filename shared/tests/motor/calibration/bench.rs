@@ -94,6 +94,7 @@ impl Truth {
             },
             sensor: RotorSensor::Absolute,
             dead_time: 0.0,
+            continuous_current: 10.0,
             periods_per_control: PERIODS,
         };
         match record {

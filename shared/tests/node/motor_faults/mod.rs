@@ -202,7 +202,9 @@ fn the_snapshot_holds_the_readings_of_the_first_fault_alone() {
         (snapshot.bridge_temperature, snapshot.motor_temperature),
         (415, i16::MIN)
     );
-    // A second fault leaves it alone; after a reset, the next fault takes a new one.
+    // A second fault leaves it alone; after a reset, the next fault takes a new one. The open
+    // bridge resists no load.
+    rig.load = 0.0;
     rig.temperatures.bridge = Some(95.0);
     let mut raised = outputs.faults;
     for _ in 0..50 {

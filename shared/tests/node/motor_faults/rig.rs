@@ -168,6 +168,63 @@ pub struct Rig {
     pub largest_current: f64,
     /// The leads a and b are swapped, as the settings say.
     swapped_leads: bool,
+    /// A supply whose voltage the bridge changes.
+    pub supply: Option<Supply>,
+    model: MotorModel,
+}
+
+/// A battery that takes nothing back, and the capacitor of the bridge beside it.
+///
+/// What the bridge returns follows from the energy of rotor and winding: what these lose, minus
+/// friction and copper.
+#[derive(Clone, Copy, Debug)]
+pub struct Supply {
+    pub battery: f64,
+    pub capacitor: f64,
+    pub voltage: f64,
+    /// Voltage above which the board reports an over-voltage.
+    pub bound: f64,
+    stored: Option<f64>,
+}
+
+impl Supply {
+    pub fn new(battery: f64, capacitor: f64, bound: f64) -> Self {
+        Self {
+            battery,
+            capacitor,
+            voltage: battery,
+            bound,
+            stored: None,
+        }
+    }
+
+    /// Takes what the bridge returned in a PWM period.
+    fn period(&mut self, model: &MotorModel, velocity: f64, [a, b]: [f64; 2]) {
+        let (resistance, inductance, c) = match model.winding {
+            WindingModel::Brushed {
+                resistance,
+                inductance,
+                ..
+            } => (resistance, inductance, None),
+            WindingModel::ThreePhase(winding) => {
+                let [d, q] = winding.inductance;
+                (winding.resistance, 0.5 * (d + q), Some(a + b))
+            }
+        };
+        let squares = c.map_or(a * a, |c| a * a + b * b + c * c);
+        let time = 1.0 / f64::from(STAGE.pwm_hz);
+        let inertia = f64::from(model.rotor_inertia) * GEAR * GEAR;
+        let stored = 0.5 * (inertia * velocity * velocity + f64::from(inductance) * squares);
+        let lost = time
+            * (f64::from(model.friction_torque) * velocity.abs() + f64::from(resistance) * squares);
+        if let Some(before) = self.stored {
+            let returned = before - stored - lost;
+            let square = self.voltage * self.voltage + 2.0 * returned / self.capacitor;
+            self.voltage = square.max(0.0).sqrt();
+        }
+        self.voltage = self.voltage.max(self.battery);
+        self.stored = Some(stored);
+    }
 }
 
 impl Rig {
@@ -214,6 +271,8 @@ impl Rig {
             inputs: None,
             largest_current: 0.0,
             swapped_leads: settings.get(Setting::PhaseOrder) < 0,
+            supply: None,
+            model,
         }
     }
 
@@ -238,9 +297,18 @@ impl Rig {
 
     fn pwm_period(&mut self, index: u32) {
         let mut readings = self.motor.readings();
-        for code in readings.currents {
-            let amperes = (f64::from(code) - 32_768.0) / 32_768.0 * f64::from(STAGE.full_scale);
+        let amperes = readings
+            .currents
+            .map(|code| (f64::from(code) - 32_768.0) / 32_768.0 * f64::from(STAGE.full_scale));
+        for amperes in amperes {
             self.largest_current = self.largest_current.max(amperes.abs());
+        }
+        if let Some(supply) = &mut self.supply {
+            // The converter of the supply voltage is a period behind.
+            readings.over_voltage = supply.voltage > supply.bound;
+            supply.period(&self.model, self.motor.shaft().velocity.into(), amperes);
+            self.supply_voltage = supply.voltage as f32;
+            self.motor.set_load(self.supply_voltage, self.load);
         }
         let swapped = self.swapped_leads != (self.trouble == Trouble::ReversedPhase);
         if swapped {

@@ -1,7 +1,10 @@
 //! A supply that cannot take power back: its capacitor is all that absorbs the energy of braking.
 
-use super::rig::{GEAR, PER_RADIAN, Rig, model};
+use super::rig::{GEAR, PER_RADIAN, Rig, Supply, Trouble, model, settings};
+use std::fs;
+use tautrack::faults::{ALL, Fault, Reaction};
 use tautrack::node::axle::BridgeDemand;
+use tautrack::sensors::Temperatures;
 use tautrack::settings::Setting;
 
 /// Runs a drive on a battery of 24 V with a diode, and a capacitor, F. The energy that the bridge
@@ -76,4 +79,140 @@ fn a_three_phase_motor_brakes_to_standstill_below_the_over_voltage_of_a_supply_t
 #[should_panic(expected = "over-voltage")]
 fn without_the_limit_the_same_stop_ends_in_over_voltage() {
     brake(&[(Setting::RegenerationVoltage, 60_000)]);
+}
+
+/// Supply voltage that no fault may exceed, V.
+const LARGEST: f64 = 36.0;
+/// Battery of five cells, and the bound of the board's default settings, V.
+const BATTERY: f64 = 21.0;
+const BOUND: i32 = 25_000;
+const CAPACITORS: [f64; 3] = [100e-6, 400e-6, 2e-3];
+const INERTIAS: [f32; 3] = [1.0, 3.0, 10.0];
+
+/// Lets the cause of a fault begin.
+fn provoke(rig: &mut Rig, fault: Fault) {
+    match fault {
+        Fault::InvalidReading => rig.temperatures.bridge = Some(f32::NAN),
+        Fault::OverTemperature => rig.temperatures.bridge = Some(120.0),
+        Fault::ControlOverrun => rig.trouble = Trouble::MissedInterrupts,
+        // The shaft cannot turn from the start.
+        Fault::Blocked => {}
+        // Something else charges the supply.
+        Fault::OverVoltage => rig.supply.as_mut().expect("a supply").battery = 25.2,
+        // The fuse has blown.
+        Fault::UnderVoltage => rig.supply.as_mut().expect("a supply").battery = 0.0,
+        _ => panic!("no reaction brakes"),
+    }
+}
+
+/// Highest supply voltage from this fault on, and whether the fault came. It begins while the drive
+/// runs at this speed, or has braked for so many milliseconds.
+fn peak(
+    three_phase: bool,
+    fault: Fault,
+    capacitor: f64,
+    inertia: f32,
+    speed: f64,
+    braking: usize,
+) -> (f64, bool) {
+    let changes = [
+        (Setting::OverVoltage, BOUND),
+        (Setting::RegenerationVoltage, 23_000),
+        (Setting::BridgeTemperature, 800),
+        (Setting::AccelerationLimit, 100_000),
+    ];
+    let mut model = model(three_phase);
+    model.rotor_inertia *= inertia;
+    let stuck = fault == Fault::Blocked;
+    if stuck {
+        model.friction_torque = 100.0;
+    }
+    let mut rig = Rig::with_model(model, &settings(three_phase, &changes));
+    rig.supply = Some(Supply::new(BATTERY, capacitor, f64::from(BOUND) / 1e3));
+    rig.supply_voltage = BATTERY as f32;
+    rig.temperatures = Temperatures {
+        bridge: Some(25.0),
+        motor: None,
+    };
+    rig.target = (speed * PER_RADIAN) as i32;
+    while !stuck && rig.motor.shaft().velocity.abs() < 0.98 * speed.abs() as f32 {
+        rig.tick();
+    }
+    if braking > 0 {
+        rig.target = 0;
+    }
+    for _ in 0..braking {
+        rig.tick();
+    }
+    provoke(&mut rig, fault);
+    if stuck {
+        rig.target = PER_RADIAN as i32;
+    }
+    let (mut highest, mut came) = (0.0_f64, false);
+    for _ in 0..400 {
+        let outputs = rig.tick();
+        came |= outputs.faults.contains(fault);
+        highest = highest.max(rig.supply.expect("a supply").voltage);
+    }
+    (highest, came)
+}
+
+/// The faults whose reaction is to brake.
+fn braking_faults() -> impl Iterator<Item = Fault> {
+    let brakes = |fault: &Fault| fault.description().reaction == Reaction::Brake;
+    ALL.iter().copied().filter(brakes)
+}
+
+/// Highest supply voltage of a fault: of both motors, at full and half speed, in both directions.
+fn highest(fault: Fault, capacitor: f64, inertia: f32) -> f64 {
+    let (mut highest, mut came) = (0.0_f64, false);
+    for three_phase in [false, true] {
+        for speed in [6.0, -3.0] {
+            for braking in [0, 1, 2, 4, 8] {
+                let (peak, fault) = peak(three_phase, fault, capacitor, inertia, speed, braking);
+                highest = highest.max(peak);
+                came |= fault;
+            }
+        }
+    }
+    assert!(came, "{fault:?} does not come");
+    highest
+}
+
+/// Rows of the table of the page docs/motor.md behind this text, without its head.
+fn table_after(text: &str) -> Vec<Vec<String>> {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/motor.md");
+    let page = fs::read_to_string(page).expect("the page");
+    let (_, behind) = page.split_once(text).expect("the table");
+    let rows = behind.lines().skip_while(|line| !line.starts_with('|'));
+    let rows = rows.take_while(|line| line.starts_with('|')).skip(2);
+    let cells = |row: &str| {
+        row.trim_matches('|')
+            .split('|')
+            .map(|cell| cell.trim().to_owned())
+            .collect()
+    };
+    rows.map(cells).collect()
+}
+
+#[test]
+fn no_fault_that_brakes_charges_the_supply_above_36_v_as_the_page_says() {
+    let table = table_after("Peak of the supply voltage");
+    let mut rows = Vec::new();
+    for fault in braking_faults() {
+        let mut row = vec![format!("`{:#06X}`", fault.code()).replace("0X", "0x")];
+        for capacitor in CAPACITORS {
+            let volts = INERTIAS.map(|inertia| highest(fault, capacitor, inertia));
+            assert!(
+                volts.iter().all(|volts| *volts < LARGEST),
+                "{fault:?} {capacitor}: {volts:?}"
+            );
+            row.push(volts.map(|volts| format!("{volts:.0}")).join(", "));
+        }
+        rows.push(row);
+    }
+    for row in &rows {
+        println!("| {} |", row.join(" | "));
+    }
+    assert_eq!(table, rows);
 }

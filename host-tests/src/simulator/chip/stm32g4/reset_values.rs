@@ -4,7 +4,7 @@
 //! has compared them with the reference manual RM0440 or with a chip. All other registers are 0.
 
 /// Name, address and value, on every chip.
-pub const ALL: [(&str, u32, u32); 33] = [
+pub const ALL: [(&str, u32, u32); 34] = [
     // The description has 0x63, which are bits of another family. The high-speed oscillator is on
     // and ready: the core runs on it.
     ("RCC.cr", 0x4002_1000, 0x0000_0500),
@@ -30,6 +30,7 @@ pub const ALL: [(&str, u32, u32); 33] = [
     ("FDCAN1.xidam", 0x4000_6484, 0x1fff_ffff),
     ("TIM1.arr", 0x4001_2c2c, 0x0000_ffff),
     ("TIM1.af1", 0x4001_2c60, 0x0000_0001),
+    ("TIM1.af2", 0x4001_2c64, 0x0000_0001),
     ("TIM2.arr", 0x4000_002c, 0xffff_ffff),
     ("TIM4.arr", 0x4000_082c, 0x0000_ffff),
     ("IWDG.rlr", 0x4000_3008, 0x0000_0fff),

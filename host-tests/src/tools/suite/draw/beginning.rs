@@ -26,6 +26,7 @@ pub fn beginning(random: &mut Random) -> Description {
             chassis_rate_deg_s: 28.6,
             heading_gain_per_s: 1.0,
             belts: None,
+            clearance: None,
             request: None,
             events: Vec::new(),
         },

@@ -37,6 +37,7 @@ const GOOD: Readings = Readings {
         ahead: None,
         index: Finding::Nothing,
         over_current: false,
+        over_voltage: false,
         overrun: false,
     },
 };

@@ -1,5 +1,6 @@
 //! B2P2's functions for `cargo evaluate`, one file for each group.
 
+mod clearance;
 mod dynamics;
 mod fk_com;
 mod parameters;
@@ -14,6 +15,7 @@ pub fn groups<S: Scalar>() -> Groups {
         ("b2p2_screw", screw::functions::<S>()),
         ("b2p2_fk_com", fk_com::functions::<S>()),
         ("b2p2_dynamics", dynamics::functions::<S>()),
+        ("b2p2_clearance", clearance::functions::<S>()),
         ("b2p2_zmp", zmp::functions::<S>()),
     ]
 }

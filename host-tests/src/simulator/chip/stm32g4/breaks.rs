@@ -1,0 +1,193 @@
+//! What opens the bridge without software: the break inputs of TIM1, and events of the chip itself
+//! (RM0440: 7.2.9 clock security, 10.2.8 `SYSCFG_CFGR2`, 29.3.16 breaks).
+//!
+//! A break input with a filter needs the timer's clock. Without clock security, a crystal that
+//! fails stops this clock and the core.
+
+use super::{BDTR, Chip, MOE, PWR, RCC, State, TIM1};
+
+/// Clock security on, in the clock control register.
+const SECURITY: u32 = 1 << 19;
+/// A failure of the crystal, in the interrupt flag register and in the one that clears it.
+const FAILURE: u32 = 1 << 8;
+/// The register that connects events of the chip with the break.
+pub const SYSCFG_CFGR2: u32 = 0x4001_001c;
+/// Flags of the breaks in the timer's status register: inputs 1 and 2, and the chip.
+const FLAGS: [u32; 3] = [1 << 7, 1 << 8, 1 << 13];
+/// Thresholds of the supply voltage detector, V (data sheet DS12589, PVD0 to PVD6).
+const LEVELS: [f32; 7] = [2.0, 2.2, 2.36, 2.52, 2.64, 2.81, 2.91];
+/// Comparators of phases a, b and c, counted from 0.
+const COMPARATORS: [u32; 3] = [0, 1, 3];
+
+/// An event of the chip that can break the timer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Event {
+    /// The core has locked up.
+    LockUp,
+    /// An error of two bits in the flash memory.
+    FlashError,
+}
+
+/// The crystal, and events that have just come.
+#[derive(Default)]
+pub(super) struct Events {
+    crystal_failed: bool,
+    /// A debug probe has halted the core; TIM1 is frozen with it.
+    halted: Option<bool>,
+    /// A break comes just before the next write that sets MOE, and is over at once.
+    races: bool,
+    new: Vec<Event>,
+}
+
+impl State {
+    /// Whether the timer of the bridge drives the gates. One that is frozen does not.
+    pub(super) fn drives(&self) -> bool {
+        self.get(BDTR) & MOE != 0 && self.events.halted != Some(true)
+    }
+
+    /// Write of the break register: a break may come just before it.
+    pub(super) fn race(&mut self, value: u32) {
+        if value & MOE != 0 && std::mem::take(&mut self.events.races) {
+            let flags = self.get(TIM1 + 0x10) | FLAGS[0];
+            self.set(TIM1 + 0x10, flags);
+        }
+    }
+
+    /// Whether a debug probe has halted the core.
+    pub(super) fn is_halted(&self) -> bool {
+        self.events.halted.is_some()
+    }
+
+    /// Whether core and timers have a clock.
+    pub(super) fn has_clock(&self) -> bool {
+        // The system clock is the crystal's, directly or through the PLL.
+        !self.events.crystal_failed || self.get(RCC + 0x08) & 2 == 0
+    }
+
+    /// Core clocks of 170 MHz that a clock of the core takes.
+    pub(super) fn slowness(&self) -> u64 {
+        if self.events.crystal_failed { 10 } else { 1 }
+    }
+
+    /// Ready bits of the crystal and the PLL that it drives, which the failed one does not have.
+    pub(super) fn ready_mask(&self) -> u32 {
+        if self.events.crystal_failed {
+            !(1 << 17 | 1 << 25)
+        } else {
+            u32::MAX
+        }
+    }
+
+    /// Level of the line of the interrupt that nothing masks.
+    pub(super) fn nmi(&self) -> bool {
+        self.get(RCC + 0x1c) & FAILURE != 0
+    }
+
+    /// Write of the register that clears flags of the clocks.
+    pub(super) fn clear_clock_flags(&mut self, value: u32) {
+        let flags = self.get(RCC + 0x1c) & !value;
+        self.set(RCC + 0x1c, flags);
+    }
+
+    fn fail_crystal(&mut self) {
+        self.events.crystal_failed = true;
+        self.changed = true;
+        if self.get(RCC) & SECURITY != 0 {
+            let flags = self.get(RCC + 0x1c) | FAILURE;
+            self.set(RCC + 0x1c, flags);
+            // The core goes on with the internal oscillator.
+            let clocks = self.get(RCC + 0x08) & !3 | 1;
+            self.set(RCC + 0x08, clocks);
+        }
+    }
+
+    /// The supply of the chip is below the level of the detector.
+    fn supply_is_low(&self) -> bool {
+        let control = self.get(PWR + 4);
+        let level = LEVELS.get((control >> 1 & 7) as usize);
+        control & 1 != 0 && level.is_some_and(|level| self.pins().chip_supply < *level)
+    }
+
+    /// Whether one of the sources in an alternate function register is active: the pin, or a
+    /// comparator.
+    fn source(&self, selected: u32, pin: Option<bool>) -> bool {
+        let pin = pin.is_some_and(|level| selected & 1 != 0 && level ^ (selected >> 9 & 1 != 0));
+        let comparators = COMPARATORS.iter().zip(self.pins().over_current);
+        let comparator = |(number, level): (&u32, bool)| {
+            level && selected >> (1 + number) & 1 != 0 && selected >> (10 + number) & 1 == 0
+        };
+        pin || comparators.into_iter().any(comparator)
+    }
+
+    /// Opens the bridge if a break is active.
+    pub(super) fn advance_breaks(&mut self) {
+        let bdtr = self.get(BDTR);
+        let clocked = self.has_clock();
+        let input = |enabled: u32, polarity: u32, filter: u32, active: bool| {
+            let filtered = bdtr >> filter & 15 != 0;
+            bdtr >> enabled & 1 != 0
+                && active == (bdtr >> polarity & 1 != 0)
+                && (clocked || !filtered)
+        };
+        let connected = self.get(SYSCFG_CFGR2);
+        let mut chip =
+            self.get(RCC + 0x1c) & FAILURE != 0 || connected & 4 != 0 && self.supply_is_low();
+        for event in std::mem::take(&mut self.events.new) {
+            chip |= match event {
+                Event::LockUp => connected & 1 != 0,
+                Event::FlashError => connected & 8 != 0,
+            };
+        }
+        let pin = Some(self.pins().safe_torque_off);
+        let active = [
+            input(12, 13, 16, self.source(self.get(TIM1 + 0x60), pin)),
+            input(24, 25, 20, self.source(self.get(TIM1 + 0x64), None)),
+            bdtr >> 12 & 1 != 0 && chip,
+        ];
+        for (flag, active) in FLAGS.into_iter().zip(active) {
+            if active {
+                let bdtr = self.get(BDTR);
+                self.set(BDTR, bdtr & !MOE);
+                let flags = self.get(TIM1 + 0x10) | flag;
+                self.set(TIM1 + 0x10, flags);
+            }
+        }
+    }
+}
+
+impl Chip {
+    /// Halts the core for good, as a debug probe does that has found a fault of the core.
+    pub fn halt(&mut self) {
+        let mut frozen = [0; 4];
+        self.other
+            .read_at(0x10, &mut frozen)
+            .expect("the debug unit");
+        let frozen = u32::from_le_bytes(frozen) >> 11 & 1 != 0;
+        self.state().events.halted = Some(frozen);
+    }
+
+    /// Lets a short break come just before the next write that sets MOE: after the program has
+    /// looked whether there is one.
+    pub fn race(&mut self) {
+        self.state().events.races = true;
+    }
+
+    /// Stops the crystal for good.
+    pub fn fail_crystal(&mut self) {
+        self.state().fail_crystal();
+    }
+
+    /// Switches the watch of the crystal off.
+    pub fn stop_clock_security(&mut self) {
+        let mut state = self.state();
+        let control = state.get(RCC) & !SECURITY;
+        state.set(RCC, control);
+    }
+
+    /// Lets an event of the chip come.
+    pub fn event(&mut self, event: Event) {
+        let mut state = self.state();
+        state.events.new.push(event);
+        state.changed = true;
+    }
+}

@@ -1,0 +1,177 @@
+//! What opens the bridge without software, and what does not depend on the crystal.
+
+use crate::checks::field;
+use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1, Write};
+use crate::executed::{arm, armed_axle, running_axle, write};
+use crate::gates;
+
+/// Registers of the comparators 1, 2 and 4, and the number of TIM1's output 5 at each (RM0440,
+/// table 195).
+const COMPARATORS: [(u32, u32); 3] = [(0x4001_0200, 1), (0x4001_0204, 1), (0x4001_020c, 4)];
+
+/// Checks that a cause opens the bridge of an armed axle within 2 us, and that it stays open.
+fn opens(what: &str, cause: impl FnOnce(&mut Chip)) -> Chip {
+    let mut chip = armed_axle();
+    cause(&mut chip);
+    chip.run(2);
+    assert!(!chip.is_live(), "{what}: the bridge is live");
+    chip.run(40_000);
+    assert!(!chip.is_live(), "{what}: the bridge is live again");
+    chip
+}
+
+#[test]
+pub fn each_comparator_opens_the_bridge() {
+    for phase in 0..3 {
+        let mut chip = opens("comparator", |chip| {
+            chip.pins(|pins| pins.over_current[phase] = true);
+        });
+        chip.pins(|pins| pins.over_current[phase] = false);
+        chip.run(40_000);
+        assert!(!chip.is_live(), "the bridge has closed by itself");
+    }
+}
+
+#[test]
+pub fn a_failed_crystal_opens_the_bridge_and_is_named() {
+    let mut chip = armed_axle();
+    chip.fail_crystal();
+    chip.run(2);
+    assert!(!chip.is_live());
+    chip.run(2_000);
+    let lines = gates::log(&chip);
+    assert_eq!(
+        lines.last().map(String::as_str),
+        Some("the crystal has failed")
+    );
+    // The watchdog has a clock of its own.
+    chip.run(60_000);
+    assert!(chip.resets() > 0 && !chip.is_live());
+}
+
+#[test]
+pub fn safe_torque_off_needs_no_clock() {
+    let mut chip = armed_axle();
+    // Nothing watches the crystal, so core and timers stop.
+    chip.stop_clock_security();
+    chip.fail_crystal();
+    chip.run(10);
+    assert!(chip.is_live());
+    chip.pins(|pins| pins.safe_torque_off = false);
+    chip.run(1);
+    assert!(!chip.is_live());
+}
+
+#[test]
+pub fn a_core_that_locks_up_opens_the_bridge() {
+    opens("lock-up", |chip| chip.event(Event::LockUp));
+}
+
+#[test]
+pub fn an_error_of_the_flash_memory_opens_the_bridge() {
+    opens("flash", |chip| chip.event(Event::FlashError));
+}
+
+#[test]
+pub fn a_low_supply_of_the_chip_opens_the_bridge() {
+    opens("supply", |chip| chip.pins(|pins| pins.chip_supply = 2.8));
+    let mut chip = armed_axle();
+    chip.pins(|pins| pins.chip_supply = 3.1);
+    chip.run(1_000);
+    assert!(chip.is_live());
+}
+
+#[test]
+pub fn the_comparators_have_a_filter_and_blanking_and_safe_torque_off_has_neither() {
+    let chip = running_axle();
+    let timer = |offset: u32| chip.register(TIM1 + offset);
+    let bdtr = chip.register(BDTR);
+    assert_eq!(field(bdtr, 16, 4), 0, "safe torque off has a filter");
+    // 8 samples at an eighth of the clock: 0.4 us.
+    assert_eq!(field(bdtr, 20, 4), 9);
+    assert_eq!(field(bdtr, 24, 2), 3, "enabled, active high");
+    assert_eq!(timer(0x60) & 0x3ff, 1 | 1 << 9, "the pin alone, inverted");
+    assert_eq!(
+        timer(0x64) & 0x3ff,
+        0b1011 << 1,
+        "comparators 1, 2 and 4 alone"
+    );
+    // Output 5 is high below 1 us of the counter.
+    assert_eq!(u64::from(timer(0x48) & 0xffff), CORE_HZ / 1_000_000);
+    assert_eq!(field(timer(0x50), 4, 3), 6, "PWM mode 1");
+    assert_eq!(field(timer(0x20), 16, 1), 1);
+    for (register, blanking) in COMPARATORS {
+        let control = chip.register(register);
+        assert_eq!(field(control, 19, 3), blanking, "{register:#x}");
+        assert_eq!(control & 1, 1, "{register:#x}");
+    }
+}
+
+#[test]
+pub fn a_probe_that_halts_the_core_opens_the_bridge() {
+    let mut chip = armed_axle();
+    // A probe catches a fault of the core before its handler runs.
+    chip.halt();
+    chip.run(1_000);
+    assert!(!chip.is_live());
+    assert_ne!(chip.register(BDTR) & MOE, 0, "nothing has cleared the bit");
+}
+
+#[test]
+pub fn a_break_just_before_the_bridge_is_enabled_opens_it_for_good() {
+    for offset in [0, 7, 19, 31, 43] {
+        let mut chip = armed_axle();
+        chip.run(offset);
+        chip.race();
+        chip.run(100);
+        for _ in 0..20 {
+            assert!(!chip.is_live(), "{offset} us");
+            chip.run(503);
+        }
+    }
+}
+
+/// Core clocks of a PWM period.
+const PERIOD: u64 = CORE_HZ / 20_000;
+/// The newest code of the current of phase a.
+const ADC1_PHASE_A: u32 = 0x5000_0080;
+/// Compare registers of the half bridges.
+const COMPARES: [u32; 3] = [TIM1 + 0x34, TIM1 + 0x38, TIM1 + 0x3c];
+
+#[test]
+pub fn a_bridge_that_is_armed_again_begins_without_voltage() {
+    let mut chip = armed_axle();
+    // A current that no voltage ends makes the current loop give all the voltage that it has.
+    let zero = chip.register(ADC1_PHASE_A) as u16;
+    chip.pins(|pins| pins.phase_a = zero + 40);
+    let high = |chip: &Chip| {
+        let compares = COMPARES.map(|compare| chip.register(compare));
+        compares.into_iter().any(|compare| compare > 3_000)
+    };
+    for _ in 0..60 {
+        if !high(&chip) {
+            chip.run(100);
+        }
+    }
+    assert!(chip.is_live() && high(&chip));
+    chip.pins(|pins| pins.phase_a = zero);
+    write(&mut chip, 0x6040, 0, &[0, 0]);
+    write(&mut chip, 0x6040, 0, &[0x80, 0]);
+    let stopped = chip.clock();
+    arm(&mut chip);
+    // The last start of the counter is an underflow.
+    let writes = chip.writes();
+    let start = writes
+        .iter()
+        .rfind(|write| write.address == TIM1 && write.value & 1 != 0);
+    let start = start.expect("a start").clock;
+    let live =
+        |write: &&Write| write.clock > stopped && write.address == BDTR && write.value & MOE != 0;
+    let armed = writes.iter().find(live).expect("an arming").clock;
+    let underflow = armed - (armed - start) % PERIOD;
+    for compare in COMPARES {
+        let before = |write: &&Write| write.address == compare && write.clock < underflow;
+        let acts = writes.iter().rfind(before).expect("a compare value");
+        assert_eq!(acts.value, 2_125, "{compare:#x}");
+    }
+}

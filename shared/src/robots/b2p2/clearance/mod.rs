@@ -1,0 +1,421 @@
+//! Clears stairs, curbs and ramps without a script: the operator commands speed and direction, the
+//! controller commands the chassis angle and the slack, and how much of the speed to use.
+//!
+//! The controller knows what the guard's node knows: pitch and its rate, chassis angle, travel of
+//! the belts, load of the tracks. It has no map, and knows nothing of the obstacle. Its output is
+//! the command that the guard's filter limits.
+//!
+//! * [`phases`]: the phases, what each commands, and the table of transitions
+//! * [`statics`]: which nose the robot gets over
+//!
+//! This file evaluates the conditions of the table.
+
+pub mod phases;
+pub mod statics;
+
+pub use phases::{Cause, Phase};
+pub use statics::{Clearing, Straight};
+
+use crate::bus::pdo::GuardClearance;
+use crate::bus::scale::{centidegrees, milli};
+use crate::math::{Scalar, limit, max, min};
+use phases::{LEVEL, TABLE, When};
+
+/// Time constant of the pitch rate's low-pass, s.
+const RATE_TIME: f32 = 0.06;
+/// Pitch rate of a robot at rest, rad/s.
+const QUIET: f32 = 0.09;
+/// Change of the pitch that counts as progress, rad. On stairs that carry the robot by three noses
+/// the pitch changes little.
+const PROGRESS: f32 = 0.012;
+/// Pitch above the one at which the robot passes its highest nose that gives the obstacle up, rad.
+const BEYOND: f32 = 0.07;
+/// Push of the tracks against a wall, as a part of the robot's weight.
+const PUSH: f32 = 0.55;
+/// Time for which the tracks must push, s.
+const PUSH_TIME: f32 = 0.8;
+/// Steepest pitch that gives nothing up, rad.
+const STEEPEST: f32 = statics::GIVEN_UP as f32 - BEYOND;
+
+/// Pitch of an arch over a curb as high as body 1 is long, rad, and the rear margin that the robot
+/// must have there, m: the guard's caution margin with the reserve for sways.
+const ARCH: f32 = 1.22;
+const ARCH_MARGIN: f32 = 0.15;
+
+/// Returns whether a robot whose front is folded to [`phases::FOLDED`], with its centre of gravity
+/// this far in front of axle 1 and above the axles, m, can stand as an arch. Only a low centre of
+/// gravity and long belts allow it.
+pub fn may_arch([forward, up]: [f32; 2]) -> bool {
+    let (sine, cosine) = Scalar::sin_cos(ARCH);
+    forward * cosine - up * sine >= ARCH_MARGIN
+}
+
+/// Time constant with which a robot that goes down turns downhill, s, the largest yaw rate for
+/// this, rad/s, and the sine of the least slope on which it turns.
+const DOWNHILL_TIME: f32 = 3.0;
+const DOWNHILL_RATE: f32 = 0.12;
+const DOWNHILL_SLOPE: f32 = 0.14;
+
+/// Returns the yaw rate, rad/s, that turns a robot downhill: if it heads to the left of the
+/// steepest descent by a small angle, its left side is up by this angle times the sine of the
+/// slope. A robot that leaves the last edge with one track first falls to this side.
+fn downhill(facts: &Facts) -> f32 {
+    let (slope, _) = Scalar::sin_cos(-facts.pitch);
+    if slope < DOWNHILL_SLOPE {
+        return 0.0;
+    }
+    limit(-facts.roll / (slope * DOWNHILL_TIME), DOWNHILL_RATE)
+}
+
+/// What the controller knows, once per SYNC.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Facts {
+    /// Pitch of the belts' lower run behind axle 2, nose up positive, rad. It is that of the body,
+    /// unless the front is lowered: then the run goes from axle 1 to axle 3.
+    pub pitch: f32,
+    /// Its rate, rad/s.
+    pub pitch_rate: f32,
+    /// Measured chassis angle, rad.
+    pub chassis: f32,
+    /// Travel of the belts since the previous period, m.
+    pub travel: f32,
+    /// Push of both tracks as a part of the robot's weight.
+    pub push: f32,
+    /// Roll, left side up positive, rad.
+    pub roll: f32,
+    /// Forward speed that the operator commands, m/s.
+    pub speed: f32,
+    /// Yaw rate that the operator commands, counter-clockwise from above, rad/s.
+    pub yaw_rate: f32,
+    /// Time since the previous period, s.
+    pub period: f32,
+}
+
+/// What the controller commands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Wanted {
+    /// Forward speed, m/s.
+    pub speed: f32,
+    /// Yaw rate, counter-clockwise from above, rad/s.
+    pub yaw_rate: f32,
+    /// Chassis angle, rad; `None` stays as it is.
+    pub chassis: Option<f32>,
+    /// Whether the belts are released.
+    pub released: bool,
+}
+
+/// The controller.
+#[derive(Clone, Debug)]
+pub struct Clearance {
+    phase: Phase,
+    cause: Cause,
+    transitions: u8,
+    cleared: u8,
+    /// Time and travel in the phase.
+    lasted: f32,
+    travelled: f32,
+    rate: f32,
+    level_for: f32,
+    quiet_for: f32,
+    pushing_for: f32,
+    /// Pitch at the last progress, and travel since then.
+    marked: f32,
+    stuck: f32,
+    /// Pitch on the noses of these stairs; `None` before the second one.
+    noses: Option<f32>,
+    /// Pitch that gives an obstacle up.
+    too_steep: f32,
+    attempt: Attempt,
+    may_arch: bool,
+}
+
+/// What was tried at the present obstacle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Attempt {
+    /// Nothing, or taut belts.
+    Taut,
+    /// It is too high for taut belts.
+    TooHigh,
+    /// It is too high, and released belts were tried.
+    Released,
+}
+
+impl Clearance {
+    /// Creates the controller of this robot, which may stand as an arch or not ([`may_arch`]).
+    pub fn new(robot: &Straight<f32>, may_arch: bool) -> Self {
+        let [steepest, _] = robot.highest(STEEPEST);
+        Self {
+            phase: Phase::Off,
+            cause: Cause::None,
+            transitions: 0,
+            cleared: 0,
+            lasted: 0.0,
+            travelled: 0.0,
+            rate: 0.0,
+            level_for: 0.0,
+            quiet_for: 0.0,
+            pushing_for: 0.0,
+            marked: 0.0,
+            stuck: 0.0,
+            noses: None,
+            too_steep: steepest + BEYOND,
+            attempt: Attempt::Taut,
+            may_arch,
+        }
+    }
+
+    /// Returns the phase.
+    pub fn phase(&self) -> Phase {
+        self.phase
+    }
+
+    /// Ends the clearance: the operator takes over.
+    pub fn end(&mut self) {
+        if self.phase != Phase::Off {
+            self.enter(Phase::Off, Cause::Operator, 0.0);
+        }
+    }
+
+    /// Gives the clearance up where the robot stands, because something else stopped it.
+    pub fn stop(&mut self) {
+        if !matches!(self.phase, Phase::Off | Phase::GivenUp | Phase::Held) {
+            self.enter(Phase::Held, Cause::Stopped, 0.0);
+        }
+    }
+
+    /// Returns what the controller commands now.
+    pub fn advance(&mut self, facts: &Facts) -> Wanted {
+        if self.phase == Phase::Off {
+            (self.attempt, self.noses) = (Attempt::Taut, None);
+            self.enter(Phase::Approach, Cause::Operator, facts.pitch);
+        }
+        self.observe(facts);
+        if facts.speed < 0.0 {
+            return self.back(facts);
+        }
+        let next = TABLE.iter().find(|row| {
+            row.from == self.phase && row.when.iter().all(|when| self.holds(*when, facts))
+        });
+        if let Some(row) = next {
+            if row.cause == Cause::NextNose {
+                self.noses = Some(
+                    self.noses
+                        .map_or(facts.pitch, |noses| min(noses, facts.pitch)),
+                );
+            }
+            if row.to == Phase::Approach {
+                self.cleared = self
+                    .cleared
+                    .saturating_add(u8::from(row.cause == Cause::Landed));
+                self.noses = None;
+                self.attempt = Attempt::Taut;
+            }
+            if row.cause == Cause::TooHigh && self.attempt == Attempt::Taut && self.noses.is_none()
+            {
+                self.attempt = Attempt::TooHigh;
+            }
+            if row.to == Phase::Raise {
+                self.attempt = Attempt::Released;
+            }
+            self.enter(row.to, row.cause, facts.pitch);
+        }
+        let order = self.phase.order();
+        Wanted {
+            speed: order.speed * min(facts.speed, order.fastest),
+            yaw_rate: if facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
+                downhill(facts)
+            } else {
+                facts.yaw_rate
+            },
+            chassis: order.chassis.map(f32::to_radians),
+            released: order.released,
+        }
+    }
+
+    /// Lets the operator back. The phase stays, and so does the front.
+    fn back(&mut self, facts: &Facts) -> Wanted {
+        let order = self.phase.order();
+        self.stuck = 0.0;
+        Wanted {
+            speed: -min(-facts.speed, order.fastest),
+            yaw_rate: facts.yaw_rate,
+            chassis: None,
+            released: order.released,
+        }
+    }
+
+    /// Returns what is published.
+    pub fn report(&self) -> GuardClearance {
+        GuardClearance {
+            phase: self.phase as u8,
+            cause: self.cause as u8,
+            transitions: self.transitions,
+            cleared: self.cleared,
+            noses: centidegrees(self.noses.unwrap_or(0.0)),
+            travelled: milli(self.travelled),
+        }
+    }
+
+    fn enter(&mut self, phase: Phase, cause: Cause, pitch: f32) {
+        (self.phase, self.cause) = (phase, cause);
+        self.transitions = self.transitions.wrapping_add(1);
+        (self.lasted, self.travelled) = (0.0, 0.0);
+        (self.quiet_for, self.level_for, self.pushing_for) = (0.0, 0.0, 0.0);
+        (self.marked, self.stuck) = (pitch, 0.0);
+    }
+
+    fn observe(&mut self, facts: &Facts) {
+        let period = facts.period;
+        self.rate += (facts.pitch_rate - self.rate) * (period / (RATE_TIME + period));
+        if !self.rate.is_finite() {
+            self.rate = 0.0;
+        }
+        let timer = |holds: bool, time: f32| if holds { time + period } else { 0.0 };
+        self.level_for = timer(
+            facts.pitch.abs() < LEVEL.to_radians() && self.rate.abs() < 2.0 * QUIET,
+            self.level_for,
+        );
+        self.quiet_for = timer(self.rate.abs() < QUIET, self.quiet_for);
+        if facts.speed > 0.0 {
+            self.lasted += period;
+        }
+        let forward = if self.phase.order().speed < 0.0 {
+            -facts.travel
+        } else {
+            facts.travel
+        };
+        self.travelled += forward;
+        self.stuck += max(forward, 0.0);
+        if (facts.pitch - self.marked).abs() > PROGRESS {
+            (self.marked, self.stuck) = (facts.pitch, 0.0);
+        }
+        self.pushing_for = timer(facts.push > PUSH, self.pushing_for);
+    }
+
+    fn holds(&self, when: When, facts: &Facts) -> bool {
+        let pitch = facts.pitch.to_degrees();
+        let chassis = facts.chassis.to_degrees();
+        match when {
+            When::PitchAbove(bound) => pitch > bound,
+            When::PitchBelow(bound) => pitch < bound,
+            When::FallsFasterThan(bound) => self.rate.to_degrees() < -bound,
+            When::ChassisAbove(bound) => chassis > bound,
+            When::ChassisWithin(bound) => chassis.abs() < bound,
+            When::LevelFor(time) => self.level_for >= time,
+            When::QuietFor(time) => self.quiet_for >= time,
+            When::Travelled(distance) => self.travelled >= distance,
+            When::Lasted(time) => self.lasted >= time,
+            When::TooSteepUp => facts.pitch > self.too_steep,
+            When::BelowNoses(bound) => {
+                (self.noses).is_some_and(|noses| pitch < noses.to_degrees() - bound)
+            }
+            When::Stuck(distance) => self.stuck >= distance,
+            When::Pushing => self.pushing_for >= PUSH_TIME,
+            When::MayRelease => self.may_arch && self.attempt == Attempt::TooHigh,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The nominal robot: K = 1.232 m, centre of gravity on the line of the axles.
+    fn clearance() -> Clearance {
+        let robot = Straight {
+            cog: [0.2585, 0.0],
+            length: 0.776,
+            pulley_radius: 0.05,
+        };
+        Clearance::new(&robot, false)
+    }
+
+    fn facts(pitch_deg: f32, rate_deg_s: f32) -> Facts {
+        Facts {
+            pitch: pitch_deg.to_radians(),
+            pitch_rate: rate_deg_s.to_radians(),
+            travel: 0.13 * 4e-3,
+            speed: 0.13,
+            period: 4e-3,
+            ..Facts::default()
+        }
+    }
+
+    /// Lets the robot drive with these facts for a time, s.
+    fn drive(clearance: &mut Clearance, facts: &Facts, time: f32) -> Wanted {
+        let mut wanted = clearance.advance(facts);
+        for _ in 0..(time / facts.period) as u32 {
+            wanted = clearance.advance(facts);
+        }
+        wanted
+    }
+
+    #[test]
+    fn a_nose_that_is_never_passed_is_given_up_on_level_ground() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(0.0, 0.0), 1.0);
+        assert_eq!(clearance.phase(), Phase::Approach);
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        assert_eq!(clearance.phase(), Phase::Climb);
+        let wanted = drive(&mut clearance, &facts(51.0, 0.0), 0.1);
+        assert_eq!(clearance.phase(), Phase::Withdraw);
+        assert!(wanted.speed < 0.0, "{wanted:?}");
+        let backward = Facts {
+            travel: -2e-4,
+            ..facts(0.0, 0.0)
+        };
+        let wanted = drive(&mut clearance, &backward, 4.0);
+        assert_eq!(clearance.phase(), Phase::GivenUp);
+        assert_eq!(wanted.speed, 0.0);
+        assert_eq!(clearance.report().cause, Cause::Level as u8);
+    }
+
+    /// The operator backs in every phase, also in those that back by themselves.
+    #[test]
+    fn an_operator_who_backs_never_drives_the_robot_forward() {
+        let mut clearance = clearance();
+        let backward = |facts: Facts| Facts {
+            speed: -0.1,
+            ..facts
+        };
+        for pitch_deg in [0.0, 20.0, 51.0, 51.0, -10.0] {
+            for _ in 0..20 {
+                clearance.advance(&facts(pitch_deg, 0.0));
+                let phase = clearance.phase();
+                let wanted = clearance.advance(&backward(facts(pitch_deg, -30.0)));
+                assert!(wanted.speed <= 0.0, "{phase:?}");
+                assert_eq!(wanted.chassis, None);
+                assert_eq!(clearance.phase(), phase);
+            }
+        }
+    }
+
+    #[test]
+    fn a_stop_by_the_guard_is_held_until_the_operator_requests_anew() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        clearance.stop();
+        let wanted = drive(&mut clearance, &facts(0.0, 0.0), 10.0);
+        assert_eq!((clearance.phase(), wanted.speed), (Phase::Held, 0.0));
+        assert_eq!(clearance.report().cause, Cause::Stopped as u8);
+        clearance.end();
+        assert_eq!(clearance.phase(), Phase::Off);
+        drive(&mut clearance, &facts(0.0, 0.0), 0.1);
+        assert_eq!(clearance.phase(), Phase::Approach);
+    }
+
+    /// A heading to the left of the steepest descent raises the left side.
+    #[test]
+    fn a_robot_that_descends_turns_downhill() {
+        let tilted = |roll: f32| Facts {
+            roll,
+            ..facts(-25.0, 0.0)
+        };
+        let mut clearance = clearance();
+        for roll in [0.05, -0.05] {
+            let wanted = drive(&mut clearance, &tilted(roll), 0.1);
+            assert_eq!(clearance.phase(), Phase::Descend);
+            assert!(wanted.yaw_rate * roll < 0.0, "{wanted:?}");
+        }
+    }
+}
