@@ -105,6 +105,10 @@ impl Driver for Inclinometer {
             return Ok(false);
         }
         let force = axes(&bytes[OUTPUTS..]).map(from_fs8g_to_mg);
+        if force == [0.0; 3] {
+            // No robot is weightless, and zeros would look level.
+            return Ok(false);
+        }
         // Outside of `put`, which masks interrupts.
         let inclination = pitch_and_roll(force);
         newest.put(|readings| {

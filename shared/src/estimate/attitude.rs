@@ -25,6 +25,9 @@ const SETTLED: f32 = 0.25;
 /// Time after the first inclination from which the robot may be armed, s. Brakes that engage, or
 /// drives that stop a robot that rolls, make it rock for some 0.2 s.
 const ARMABLE: f32 = 0.5;
+/// Time for which the drives have explained the whole reading, s, from which the estimate may err
+/// by all that they explain.
+const DRAWN: f32 = 1.0;
 /// Time constant with which the compass corrects the heading, s.
 const HEADING_TIME: f32 = 2.0;
 /// Longest time for which the estimate goes on with one reading of the gyroscope, s: five periods
@@ -53,8 +56,9 @@ const LEAST_COSINE: f32 = 0.2;
 /// yaw rate, over `g`. The filter subtracts both with the speed of the drives ([`Self::travel`]),
 /// but no more than the inclinometer shows: tracks or wheels that spin do not accelerate the body.
 /// While the drives explain the whole reading, the gyroscope alone carries the estimate
-/// ([`Self::drift`]). So in a turn the estimate errs by what the gyroscope drifts meanwhile, and
-/// never by more than this acceleration over `g`, whether the tracks slip or not.
+/// ([`Self::drift`]). So in a turn the estimate errs by what the gyroscope drifts meanwhile and by
+/// what noise adds, but never by more than this acceleration over `g`, whether the tracks slip or
+/// not.
 /// It takes every reading, however far its magnitude is from `g`: the mean acceleration of a robot
 /// that is stopped and set in motion again is zero, but not if the readings of the stop are left
 /// out.
@@ -258,9 +262,20 @@ impl Attitude {
         self.pitch_rate
     }
 
-    /// Largest error of the estimate, rad, if the gyroscope's rate is wrong by `rate`, rad/s.
+    /// Largest error of the estimate, rad, if the gyroscope's rate is wrong by `rate`, rad/s, on
+    /// every axis. Noise, too, draws the estimate toward what the drives explain, in some seconds.
     pub fn drift(&self, rate: f32) -> f32 {
-        rate * LEVEL_TIME + min(rate * self.unlevelled, self.hidden)
+        let (sine, cosine) = sin_cos(self.pitch());
+        let (roll_sine, roll_cosine) = sin_cos(self.roll());
+        let across = sine.abs() + cosine.abs();
+        let slope = roll_sine.abs() / max(roll_cosine, LEAST_COSINE);
+        let rate = rate * max(across, 1.0 + across * slope);
+        let turned = if self.unlevelled > DRAWN {
+            self.hidden
+        } else {
+            min(rate * self.unlevelled, self.hidden)
+        };
+        rate * LEVEL_TIME + turned
     }
 
     /// Inclinometer minus estimate without what the drives explain, averaged over 0.3 s: pitch and

@@ -138,7 +138,7 @@ impl Sensing {
         period: f32,
     ) -> Trust {
         // Before the first rest, the force has the constant error of the accelerometer.
-        let slow = slow && self.rest.rate_uncertainty() > 0.0;
+        let slow = slow && self.rest.known();
         self.watch.compare(force, attitude, slow, period);
         self.gravity.worst().or(self.watch.trust())
     }

@@ -5,8 +5,12 @@
 //! over [`WINDOW`] differs from that at the beginning of the rest, but for the noise that the
 //! readings show. Then the gyroscope's mean is its constant error. A rotation can be part of it:
 //! what the inclinometer shows from the first window to the last one and what its noise hides, in
-//! the time of the rest. A rotation about the vertical is never shown. So a rest teaches nothing if
-//! it changes the error by more than that can have changed since the rest before.
+//! the time of the rest.
+//!
+//! The inclinometer does not show a rotation about the vertical. So a rest is a contradiction if it
+//! changes the error by more than that can have changed since the rest before. While it is, the
+//! margins allow for both values. The newer value counts once it has lasted for [`LONGEST`]
+//! windows.
 
 use crate::constants::GRAVITY;
 use crate::math::{max, sin_cos, sqrt};
@@ -35,6 +39,9 @@ const LONGEST: f32 = 50.0;
 const ROTATION: f32 = 1.75e-3;
 const FORCE: f32 = 0.05;
 const RATE: f32 = 4.4e-3;
+/// Smallest uncertainty, rad/s: 0.05 degree/s, for resolution and for the influence of gravity on a
+/// gyroscope.
+const RESOLUTION: f32 = 8.7e-4;
 /// Uncertainty with which the robot is armed at once, rad/s: 0.25 degree/s, which turns the
 /// attitude by half a degree.
 const ENOUGH: f32 = 4.4e-3;
@@ -49,15 +56,19 @@ const SIGMAS: f32 = 3.0;
 struct Readings<const N: usize> {
     count: f32,
     sum: [f32; N],
+    /// Sum of the readings, each times its number less a half.
+    ramp: [f32; N],
     newest: [f32; N],
     /// Sum of the squares of the differences of successive readings.
     squares: [f32; N],
 }
 
-/// Mean of such readings, and the variance of the mean by their noise.
+/// Mean of such readings, the mean of the readings with weights that rise from 0 to 1 over the
+/// window, and the variance of the mean by their noise.
 #[derive(Clone, Copy, Debug)]
 struct Mean<const N: usize> {
     value: [f32; N],
+    rising: [f32; N],
     variance: [f32; N],
 }
 
@@ -80,7 +91,7 @@ pub struct Rest {
     /// Means of the first window of this rest, and number of its windows.
     first: Option<Means>,
     windows: f32,
-    /// Sum of the mean angular rates of this rest, rad/s.
+    /// Weighted sum of the mean angular rates of this rest without its newest window, rad/s.
     rate_sum: [f32; 3],
     learned: bool,
     rate: [f32; 3],
@@ -88,6 +99,8 @@ pub struct Rest {
     /// Uncertainty of the rate when it was learned, rad/s, and the time since, s.
     uncertainty: f32,
     age: f32,
+    /// Uncertainty of the rate, rad/s, since a later rest has contradicted it; else 0.
+    disputed: f32,
     /// Time for which the start has waited, s.
     waited: f32,
 }
@@ -97,6 +110,7 @@ impl<const N: usize> Default for Readings<N> {
         Self {
             count: 0.0,
             sum: [0.0; N],
+            ramp: [0.0; N],
             newest: [0.0; N],
             squares: [0.0; N],
         }
@@ -116,6 +130,7 @@ impl<const N: usize> Readings<N> {
             }
             self.newest[axis] = value;
             self.sum[axis] += value;
+            self.ramp[axis] += (self.count + 0.5) * value;
         }
         self.count += 1.0;
     }
@@ -125,6 +140,7 @@ impl<const N: usize> Readings<N> {
         let Self {
             count,
             sum,
+            ramp,
             squares,
             ..
         } = core::mem::take(self);
@@ -132,6 +148,7 @@ impl<const N: usize> Readings<N> {
         let per_mean = 0.5 / ((count - 1.0) * count);
         (count > 1.0).then(|| Mean {
             value: sum.map(|sum| sum / count),
+            rising: ramp.map(|ramp| ramp / (count * count)),
             variance: squares.map(|squares| squares * per_mean),
         })
     }
@@ -193,36 +210,54 @@ impl Rest {
             return None;
         }
         self.windows += 1.0;
+        let level = self.learn(&first, &means);
         for (sum, value) in self.rate_sum.iter_mut().zip(means.rate.value) {
             *sum += value;
         }
-        self.learn(&first, &means)
+        level
     }
 
     fn begin(&mut self, means: Option<Means>) {
         self.first = means;
         self.windows = 1.0;
-        self.rate_sum = means.map_or([0.0; 3], |means| means.rate.value);
+        self.rate_sum = means.map_or([0.0; 3], |means| means.rate.rising);
     }
 
     fn learn(&mut self, first: &Means, means: &Means) -> Option<[f32; 2]> {
+        // Weights that rise over the first window and fall over the newest one: so weighted, the
+        // true rate is the change of the mean inclination from the first to the newest window.
+        let intervals = self.windows - 1.0;
+        let newest = &means.rate;
+        let rate: [f32; 3] = core::array::from_fn(|axis| {
+            (self.rate_sum[axis] + newest.value[axis] - newest.rising[axis]) / intervals
+        });
         let rotation = first.inclination.change(&means.inclination);
-        let uncertainty =
-            rotation / (WINDOW * (self.windows - 1.0)) + means.rate.noise() / sqrt(self.windows);
+        let noise = max(first.rate.noise(), newest.noise());
+        let uncertainty = max(
+            rotation / (WINDOW * intervals) + noise / sqrt(intervals),
+            RESOLUTION,
+        );
         let known = self.learned;
-        let bound = if known {
-            self.rate_uncertainty()
-        } else {
-            RATE_BOUND
-        };
-        let rate = self.rate_sum.map(|sum| sum / self.windows);
-        let mut pairs = rate.iter().zip(self.rate);
-        let agrees = pairs.all(|(now, before)| (now - before).abs() <= bound + uncertainty);
-        if !(uncertainty < bound) || known && !agrees {
+        if known {
+            let before = self.uncertainty + DRIFT * self.age;
+            let pairs = rate.iter().zip(self.rate);
+            let difference = pairs.fold(0.0, |most, (now, before)| max(most, (now - before).abs()));
+            let contradicts = !(difference <= before + uncertainty);
+            if contradicts && self.windows < LONGEST {
+                self.disputed = difference + uncertainty;
+                return None;
+            }
+            if !contradicts {
+                self.disputed = 0.0;
+                if !(uncertainty < before) {
+                    return None;
+                }
+            }
+        } else if !(uncertainty < RATE_BOUND) {
             return None;
         }
         (self.rate, self.uncertainty, self.age) = (rate, uncertainty, 0.0);
-        self.learned = true;
+        (self.disputed, self.learned) = (0.0, true);
         if known {
             return None;
         }
@@ -262,8 +297,8 @@ impl Rest {
     /// Largest rate by which the gyroscope may be wrong without its constant error, rad/s. It is 0
     /// until the error is learned or [`Self::wait`] gives up.
     pub fn rate_uncertainty(&self) -> f32 {
-        if self.uncertainty > 0.0 {
-            self.uncertainty + DRIFT * self.age
+        if self.known() {
+            max(self.uncertainty + DRIFT * self.age, self.disputed)
         } else {
             0.0
         }
@@ -273,6 +308,11 @@ impl Rest {
     pub fn largest_rate(&self) -> f32 {
         let [x, y, z] = self.rate.map(f32::abs);
         max(x, max(y, z))
+    }
+
+    /// Whether the error is learned, or counts as the worst one.
+    pub fn known(&self) -> bool {
+        self.uncertainty > 0.0
     }
 
     /// Notes for `period` s whether the start waits for a rest (`waits`). Returns whether it waits

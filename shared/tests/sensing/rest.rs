@@ -114,7 +114,11 @@ fn the_first_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
 #[test]
 fn a_robot_that_turns_or_rocks_slowly_teaches_no_more_than_the_uncertainty() {
     let rocking = |hertz: f64| move |time: f64| (0.0175 * libm::sin(6.283 * hertz * time), 0.0);
-    let motions: [Motion; 6] = [
+    let trembling = |time: f64| (0.0052 * libm::sin(36.13 * time), 0.0);
+    let motions: [Motion; 9] = [
+        &trembling,
+        &rocking(4.5),
+        &rocking(5.0),
         &|time| (1.0_f64.to_radians() * time, 0.0),
         &|time| (-1.0_f64.to_radians() * time, 0.0),
         &|time| (0.4_f64.to_radians() * time, 0.0),
@@ -138,7 +142,7 @@ fn a_robot_that_turns_or_rocks_slowly_teaches_no_more_than_the_uncertainty() {
         }
     }
     let mut turning = Robot::new([0.0; 3]);
-    assert!(turning.run(20.0, true, motions[0]).is_none());
+    assert!(turning.run(20.0, true, motions[3]).is_none());
     assert!(!turning.rest.wait(true, 3.0));
     let bound = turning.rest.rate_uncertainty().to_degrees();
     assert!((bound - 6.0).abs() < 0.1, "{bound}");
@@ -218,4 +222,51 @@ fn a_force_that_is_far_from_gravity_is_not_learned() {
     robot.run(3.0, true, STANDING);
     assert!(!robot.rest.wait(true, 0.1));
     assert!(near(robot.rest.force(), [0.0; 3], 0.0));
+}
+
+/// A ferry turns by 3 degrees/s while the robot stands on it. No inclinometer shows that.
+#[test]
+fn a_rest_that_contradicts_the_one_before_widens_the_uncertainty_until_it_has_lasted() {
+    let mut robot = Robot::new([0.0; 3]);
+    robot.run(5.0, true, &|_| (0.0, 3.0_f64.to_radians()));
+    assert!(near(robot.learned(), [0.0, 0.0, 3.0], 0.05));
+    robot.run(1.0, true, STANDING);
+    let bound = robot.rest.rate_uncertainty().to_degrees();
+    assert!((2.9..3.5).contains(&bound), "{bound}");
+    robot.run(12.0, true, STANDING);
+    assert!(near(robot.learned(), [0.0; 3], 0.05));
+    let bound = robot.rest.rate_uncertainty().to_degrees();
+    assert!(bound < 0.2, "{bound}");
+}
+
+#[test]
+fn a_robot_without_noise_is_known_within_the_resolution() {
+    let mut robot = Robot::new([1.0, 0.0, 0.0]);
+    robot.noise = 0.0;
+    robot.run(1.0, true, STANDING);
+    let bound = robot.rest.rate_uncertainty().to_degrees();
+    assert!(
+        robot.rest.known() && (0.04..0.1).contains(&bound),
+        "{bound}"
+    );
+    robot.run(60.0, false, STANDING);
+    let grown = robot.rest.rate_uncertainty().to_degrees() - bound;
+    assert!((grown - 0.1).abs() < 0.01, "{grown}");
+}
+
+/// A gyroscope that warms up fast, by 0.45 degree/s in the first minute.
+#[test]
+fn a_drift_that_is_faster_than_expected_stays_within_the_uncertainty() {
+    let mut robot = Robot::new([4.0, 0.0, 0.0]);
+    for second in 0_u16..900 {
+        let error = 4.0 - 2.25 * (1.0 - (-f32::from(second) / 300.0).exp());
+        robot.rate_error[0] = error.to_radians();
+        robot.run(1.0, true, STANDING);
+        let bound = robot.rest.rate_uncertainty().to_degrees() + 0.02;
+        let taught = robot.learned();
+        assert!(
+            near(taught, [error, 0.0, 0.0], bound),
+            "{second}: {taught:?} {bound}"
+        );
+    }
 }

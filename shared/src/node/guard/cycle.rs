@@ -81,7 +81,8 @@ impl<B: Body> Guard<B> {
         let refusal = self.start_refusal().filter(|_| starts);
         let refused = refusal.filter(|_| !self.attitude.settling());
         let last = State::Starting(B::STAGES.len() as u8 - 1);
-        let unrested = (self.sensing).await_rest(before == last, self.schedule.period());
+        let waits = before == last && self.gate == Gate::Open;
+        let unrested = self.sensing.await_rest(waits, self.schedule.period());
         let conditions = Conditions {
             complete,
             fault: self.fault.is_some() || self.drives.reset_under_way(),

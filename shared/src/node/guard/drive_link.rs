@@ -76,7 +76,7 @@ fn is_powered(state: State) -> bool {
 pub(super) struct Drive {
     pub id: u8,
     /// The robot rolls on it.
-    wheel: bool,
+    pub wheel: bool,
     units: BusUnits,
     heartbeat: Monitor,
     identity: Identity,

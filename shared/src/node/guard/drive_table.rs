@@ -10,6 +10,9 @@ use crate::robots::{Body, DriveState, Goal, MAX_DRIVES, Offset};
 use crate::settings::{Setting, Settings};
 use heapless::Vec;
 
+/// Age from which the report of a drive no longer shows that it stands, us.
+const RECENT_US: u64 = 100_000;
+
 /// Position scale of a drive, and the one that the robot's equations use (object 0x400A).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ScaleMismatch {
@@ -98,9 +101,13 @@ impl Drives {
             && self.scales.iter().all(|scale| scale.found().is_some())
     }
 
-    /// Returns whether the robot rolls on any of its tracks or wheels.
-    pub fn roll(&self) -> bool {
-        self.states.iter().any(|state| state.rolls)
+    /// Returns whether every track or wheel has reported lately that it does not turn.
+    pub fn stand(&self, now_us: u64) -> bool {
+        let recent = |received| now_us.saturating_sub(received) < RECENT_US;
+        let drives = self.nodes.iter().zip(&self.states);
+        drives
+            .filter(|(node, _)| node.wheel)
+            .all(|(_, state)| !state.rolls && state.received_us.is_some_and(recent))
     }
 
     /// Returns whether every drive has sent its status since it started.

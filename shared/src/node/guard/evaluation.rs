@@ -27,9 +27,9 @@ impl<B: Body> Guard<B> {
     /// between two SYNCs, when the drives have answered the first one. It is separate from
     /// [`Self::cycle`], so that no tick has to do both.
     #[inline(never)]
-    pub(super) fn evaluate(&mut self) {
+    pub(super) fn evaluate(&mut self, now_us: u64) {
         let period = self.schedule.period();
-        if let Some(level) = self.sensing.learn(!self.drives.roll(), period) {
+        if let Some(level) = self.sensing.learn(self.drives.stand(now_us), period) {
             self.attitude.rest(level);
             self.balance.forget_rates();
         }

@@ -135,7 +135,7 @@ impl<B: Body> Guard<B> {
         self.outputs.robot = None;
         let due = self.schedule.due(inputs.now_us);
         if due.evaluation {
-            self.evaluate();
+            self.evaluate(inputs.now_us);
         }
         if due.position {
             self.outputs.robot = Some(self.update_estimate(inputs.now_us));
