@@ -6,6 +6,7 @@ use crate::sensors::{Published, Rates};
 use embassy_executor::{SpawnError, Spawner};
 use embedded_storage::nor_flash::NorFlash;
 use tautrack::bus::node::Condition;
+use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::{Switches, Temperatures};
 
@@ -30,6 +31,9 @@ pub trait Board {
     /// Power stage. Its PWM rate is also the rate at which the board calls
     /// [`crate::current_loop::pwm_period`].
     const POWER_STAGE: Ratings;
+
+    /// Bounds and defaults of the settings that depend on what the board is built of.
+    const LIMITS: &'static [Limit] = &[];
 
     /// Flash for the settings: whole pages, at least two, that nothing else uses.
     type Storage: NorFlash;

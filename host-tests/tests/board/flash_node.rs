@@ -126,3 +126,31 @@ fn a_dump_gives_the_settings_of_the_named_node_alone() {
         assert_eq!(text, format!("cargo flash-node: {path}: {why}\n"));
     }
 }
+
+#[test]
+fn settings_that_the_board_does_not_bear_are_refused_by_name() {
+    let file = folder("beyond").join("motor.toml");
+    let refused = |line: &str, why: &str| {
+        fs::write(&file, format!("{line}\n")).expect("a file");
+        let path = file.to_str().expect("a text");
+        let (done, text) = flash_node(&["axle", "--settings", path, "--dry-run"], None);
+        assert!(!done, "{line}");
+        assert_eq!(text, format!("cargo flash-node: {why}\n"));
+    };
+    refused(
+        "over_voltage = 32000",
+        "over_voltage = 32000, this board allows 12000 to 26000",
+    );
+    refused(
+        "dead_time = 0",
+        "dead_time = 0, this board allows 300 to 1000",
+    );
+    refused(
+        "bridge_temperature = 0",
+        "bridge_temperature = 0, this board allows 400 to 1000",
+    );
+    refused(
+        "brake_release_time = 40",
+        "brake_release_time = 40, this board allows 0 to 0",
+    );
+}

@@ -9,6 +9,7 @@
 //! * `transceiver`: the CAN transceiver and the board's terminator
 //! * `switches`: home and limit switches
 //! * `image`: header of the program
+//! * `limits`: bounds of the settings
 //! * `thermistor`: converts the temperature
 //!
 //! The rest is in [`super::stm32g4`].
@@ -20,6 +21,7 @@ mod bridge;
 mod encoder;
 mod halls;
 mod image;
+mod limits;
 mod over_current;
 mod sampling;
 mod switches;
@@ -38,6 +40,7 @@ use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
 use tautrack::math::Crc32;
+use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::Ratings;
 use tautrack::motor::rotor::RotorSensor;
 use tautrack::sensors::{Switches, Temperatures};
@@ -161,6 +164,8 @@ impl Board for Esc1 {
         period: bridge::PERIOD,
         full_scale: sampling::FULL_SCALE_AMPERES,
     };
+
+    const LIMITS: &'static [Limit] = &limits::LIMITS;
 
     type Storage = storage::Storage;
 
