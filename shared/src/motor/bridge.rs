@@ -25,8 +25,8 @@ pub const MAX_DUTY: f32 = 0.95;
 /// Readings of one PWM period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Readings {
-    /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. About 2^15 is no
-    /// current; larger codes are currents into the motor.
+    /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. The zero is
+    /// [`CurrentSensing::zero`]; larger codes are currents into the motor.
     pub currents: [u16; 2],
     /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn
     /// to turn, wrapping at 2^32. A brushed motor needs none.
@@ -63,7 +63,7 @@ pub enum PowerStage {
 /// Offset and gain of the current measurement.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CurrentSensing {
-    /// Codes at which no current flows.
+    /// Codes at which no current flows. Domain: 2^14 to 3 times 2^14.
     pub zero: [i32; 2],
     /// True current divided by the current that the code means; 2^30 is one. Domain: 2^29 to
     /// 15/8 of 2^30.
@@ -80,11 +80,21 @@ impl Default for CurrentSensing {
 }
 
 impl CurrentSensing {
+    /// Largest size of a current that both converters show in both directions; 2^30 is full scale.
+    pub fn range(&self) -> i32 {
+        let range = |phase: usize| {
+            let zero = self.zero[phase];
+            let codes = Ord::min(zero, 65_535 - zero).clamp(0, 1 << 15);
+            mul_high(codes << 15, self.gain[phase]) << 2
+        };
+        Ord::min(range(0), range(1))
+    }
+
     /// Converts codes to currents; 2^30 is the full scale of the board.
     #[inline]
     pub fn currents(&self, codes: [u16; 2]) -> [i32; 2] {
         let current = |phase: usize| {
-            // At most 2^16 codes from zero, so the shift does not overflow.
+            // Beyond full scale on the longer side of the range, the current counts as full scale.
             let difference = i32::from(codes[phase]) - self.zero[phase];
             mul_high(
                 difference.clamp(-(1 << 15), 1 << 15) << 15,

@@ -385,8 +385,10 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
 /// The loop cannot be computed from them.
 pub fn current_loop(settings: &Settings, stage: &Ratings) -> Result<CurrentLoop, CurrentLoopError> {
     let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
+    let sensing = calibration::sensing(settings);
     let mut current_loop = CurrentLoop::new(&config, stage)?;
-    current_loop.set_sensing(calibration::sensing(settings));
+    config.check_range(&sensing, stage)?;
+    current_loop.set_sensing(sensing);
     let (periods, wave) = cogging::stored(settings);
     current_loop.set_cogging(periods, wave);
     Ok(current_loop)

@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use std::f64::consts::TAU;
-use tautrack::motor::bridge::{MAX_DUTY, PowerStage, Ratings, Readings};
+use tautrack::motor::bridge::{CurrentSensing, MAX_DUTY, PowerStage, Ratings, Readings};
 use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, CurrentLoopError, MotorKind};
 use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
 
@@ -562,6 +562,48 @@ fn a_short_with_an_over_current_is_opened_once_and_for_all() {
     // With the second sample.
     assert_eq!(opened, Some(21));
     assert!(stages[21..].iter().all(|stage| *stage == PowerStage::Off));
+}
+
+#[test]
+fn a_converter_at_either_end_of_its_range_trips_with_any_zero_between_25_and_75_percent() {
+    for config in [BRUSHED, THREE_PHASE] {
+        for zero in [16_384, 24_687, 32_768, 41_000, 49_152] {
+            let sensing = CurrentSensing {
+                zero: [zero, 32_768],
+                ..CurrentSensing::default()
+            };
+            // The shorter side of 32 A, divided by 150 %.
+            let side = 32.0 * f64::from(zero.min(65_536 - zero)) / 32_768.0;
+            let limited = |current_limit: f64| Config {
+                current_limit: current_limit as f32,
+                ..config
+            };
+            let largest = limited(side / 1.5 - 0.01);
+            assert_eq!(largest.check_range(&sensing, &STAGE), Ok(()), "{zero}");
+            let larger = limited(side / 1.5 + 0.01).check_range(&sensing, &STAGE);
+            assert!(
+                matches!(larger, Err(CurrentLoopError::CurrentTooHigh { .. })),
+                "{zero}"
+            );
+            let stage = |first: u16| {
+                let mut current_loop = CurrentLoop::new(&largest, &STAGE).unwrap();
+                current_loop.set_sensing(sensing);
+                current_loop.demand(BridgeDemand::Current(0.0), 24.0, 0.0);
+                current_loop.period(&Readings {
+                    currents: [first, 1 << 15],
+                    ..Readings::default()
+                })
+            };
+            // The ends of a converter with 12 bits.
+            for end in [15, 65_535] {
+                assert_eq!(stage(end), PowerStage::Off, "{zero} {end}");
+            }
+            let near = (0.9 * side / 32.0 * 32_768.0) as i32;
+            for inside in [zero - near, zero + near] {
+                assert_ne!(stage(inside as u16), PowerStage::Off, "{zero} {inside}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -5,11 +5,12 @@
 //! board in other firmware. It has no output for a brake, and no input for the temperature of the
 //! motor.
 
+use super::analogue::ZERO;
 use tautrack::motor::board_limits::Limit;
 use tautrack::settings::Setting;
 
 /// The bounds.
-pub const LIMITS: [Limit; 9] = [
+pub const LIMITS: [Limit; 11] = [
     limit(
         Setting::UnderVoltage,
         "under_voltage",
@@ -35,6 +36,18 @@ pub const LIMITS: [Limit; 9] = [
         25_000,
     ),
     limit(Setting::DeadTime, "dead_time", [300, 1_000], 600),
+    limit(
+        Setting::CurrentZeroA,
+        "current_zero_a",
+        [16_384, 49_152],
+        ZERO,
+    ),
+    limit(
+        Setting::CurrentZeroB,
+        "current_zero_b",
+        [16_384, 49_152],
+        ZERO,
+    ),
     limit(
         Setting::BridgeTemperature,
         "bridge_temperature",

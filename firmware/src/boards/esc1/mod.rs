@@ -1,6 +1,7 @@
 //! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for
 //! an encoder or Hall sensors. docs/hardware.md has its wiring, and what was never tried.
 //!
+//! * `analogue`: zero, scale and thresholds from the resistors
 //! * `bridge`: TIM1, its outputs and what opens them
 //! * `over_current`: comparators that open the bridge without software
 //! * `sampling`: op-amps and converters, and the current interrupt
@@ -17,6 +18,7 @@
 //! Interrupts, most urgent first: current loop, clock, bus, control task. All other tasks run in
 //! the thread.
 
+mod analogue;
 mod bridge;
 mod encoder;
 mod halls;
@@ -99,7 +101,7 @@ fn start(role: &'static Role, bus: Spawner) {
         safe_torque_off: p.PA15,
         dead_time_ns: settings.get(Setting::DeadTime),
     });
-    over_current::start();
+    over_current::start(&settings);
     let pins = sampling::Pins {
         amplifiers: (p.OPAMP1, p.OPAMP2),
         a: (p.PA1, p.PA3, p.PA2),
@@ -162,7 +164,7 @@ impl Board for Esc1 {
     const POWER_STAGE: Ratings = Ratings {
         pwm_hz: bridge::PWM_HZ,
         period: bridge::PERIOD,
-        full_scale: sampling::FULL_SCALE_AMPERES,
+        full_scale: analogue::FULL_SCALE_AMPERES,
     };
 
     const LIMITS: &'static [Limit] = &limits::LIMITS;

@@ -4,6 +4,7 @@
 //! converts phase a, then supply voltage and temperature; ADC2 converts phase b and raises the
 //! interrupt. So the interrupt does not wait for the two slow inputs.
 
+use super::analogue::{SUPPLY_PER_CODE, current};
 use super::{bridge, encoder};
 use crate::current_loop;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -16,21 +17,6 @@ use embassy_stm32::peripherals::{
 use embassy_stm32::{Peri, interrupt, pac, triggers};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Readings;
-
-/// Reference of the converters, V.
-const REFERENCE: f32 = 3.3;
-/// Shunt of a half bridge, ohm.
-const SHUNT: f32 = 0.003;
-/// Voltage at the converter per voltage at the shunt: op-amp with gain 16 behind a divider.
-const AMPLIFICATION: f32 = 64.0 / 7.0;
-/// Current that moves the converter's code from the middle to its end, A.
-pub const FULL_SCALE_AMPERES: f32 = REFERENCE / 2.0 / (SHUNT * AMPLIFICATION);
-/// Supply voltage per voltage at the converter: divider of 169 and 18 kiloohm.
-const SUPPLY_DIVIDER: f32 = (169.0 + 18.0) / 18.0;
-/// Largest code of a converter.
-const FULL_CODE: f32 = 4095.0;
-/// Supply voltage per code, V.
-const SUPPLY_PER_CODE: f32 = REFERENCE * SUPPLY_DIVIDER / FULL_CODE;
 
 /// Pins of the analogue inputs.
 pub struct Pins {
@@ -122,13 +108,6 @@ fn ADC1_2() {
             > HIGHEST_SUPPLY.load(Ordering::Relaxed),
     };
     bridge::apply(current_loop::pwm_period(&readings));
-}
-
-/// Converts a right-aligned code of 12 bits to [`Readings::currents`]. A current into the motor
-/// flows up through the shunt, so it lowers the code.
-#[inline]
-fn current(code: u16) -> u16 {
-    !(code << 4)
 }
 
 /// Supply voltage, V; 0 before its first conversion.

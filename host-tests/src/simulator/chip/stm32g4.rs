@@ -621,8 +621,9 @@ impl Chip {
         let other = Arc::new(RamStore::new(0x400));
         let state = Arc::new(Mutex::new(State {
             pins: Some(Pins {
-                phase_a: 2048,
-                phase_b: 2048,
+                // No current: 2.057 V.
+                phase_a: 2_553,
+                phase_b: 2_553,
                 supply: 2866, // 24 V
                 temperature: 1309,
                 safe_torque_off: true,

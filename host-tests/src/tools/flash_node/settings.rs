@@ -12,6 +12,8 @@ use tautrack::motor::board_limits::{self, Limit};
 use tautrack::settings::{Setting, Settings};
 
 // What the program of the board refuses.
+#[path = "../../../../firmware/src/boards/esc1/analogue.rs"]
+mod analogue;
 #[path = "../../../../firmware/src/boards/esc1/limits.rs"]
 mod motor_board_limits;
 

@@ -95,6 +95,10 @@ pub enum BridgeDemand {
 /// the bridge stays open. One alone may be a disturbed sample.
 const TRIP_PERIODS: u32 = 2;
 
+/// Part at the end of a converter's range that counts as over-current: two steps of one with 12
+/// bits. 2^30 is full scale.
+const RANGE_END: i32 = 1 << 20;
+
 /// Controller of the motor's kind.
 #[derive(Clone, Debug)]
 enum Motor {
@@ -120,6 +124,8 @@ pub struct CurrentLoop {
     /// scale.
     current_limit: i32,
     over_current: i32,
+    /// The second one on a board that can measure it in both directions.
+    wanted_over_current: i32,
 
     demand: Demand,
     /// PWM periods for which the demand is still valid, and for which a new one is.
@@ -173,6 +179,8 @@ enum Action {
     Current(i32, i32),
     /// The excitation of the probe.
     Excite,
+    /// The probe measures while the bridge is open.
+    Listen,
 }
 
 impl CurrentLoop {
@@ -248,6 +256,13 @@ impl CurrentLoop {
     pub fn set_sensing(&mut self, sensing: CurrentSensing) {
         self.sensing = sensing;
         self.zero.set(sensing.zero);
+        self.fit_range();
+    }
+
+    /// Lowers the over-current to what the converters show in both directions.
+    fn fit_range(&mut self) {
+        let range = self.sensing.range() - RANGE_END;
+        self.over_current = Ord::min(self.wanted_over_current, range);
     }
 
     /// Adds a current that cancels the cogging torque to every demand from now on. It has this
@@ -279,6 +294,8 @@ impl CurrentLoop {
     pub fn excite(&mut self, excitation: &Excitation, supply_voltage: f32) {
         let action = if self.excess >= TRIP_PERIODS {
             Action::Off
+        } else if excitation.open {
+            Action::Listen
         } else {
             Action::Excite
         };
@@ -290,6 +307,7 @@ impl CurrentLoop {
             no_current: false,
         };
         self.sensing = excitation.sensing;
+        self.fit_range();
         self.probe.excite(excitation, &self.demand.point);
         self.left = self.life;
     }
@@ -349,7 +367,10 @@ impl CurrentLoop {
     /// Takes [`Sums::idle_codes`]. Returns whether the zero of the current converters is wrong.
     fn follow_zero(&mut self, codes: Option<(i32, [i32; 2])>) -> bool {
         let zero = self.zero.update(codes.filter(|_| self.demand.no_current));
-        self.sensing.zero = zero.unwrap_or(self.sensing.zero);
+        if let Some(zero) = zero {
+            self.sensing.zero = zero;
+            self.fit_range();
+        }
         self.zero.is_wrong()
     }
 
@@ -360,7 +381,7 @@ impl CurrentLoop {
         let Dq { d, q } = self.measured;
         let demand = match self.demand.action {
             Action::Current(q, _) => q,
-            Action::Off | Action::Brake | Action::Excite => 0,
+            Action::Off | Action::Brake | Action::Excite | Action::Listen => 0,
         };
         Signals {
             readings: *readings,
@@ -412,6 +433,11 @@ impl CurrentLoop {
                     PowerStage::Drive(compare),
                     self.motor.without_control(currents),
                 )
+            }
+            Action::Listen => {
+                self.motor.reset();
+                self.probe.listen(readings);
+                (PowerStage::Off, 0)
             }
             action => {
                 self.motor.reset();
