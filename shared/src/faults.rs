@@ -101,7 +101,7 @@ faults! {
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs`, `encoder_counts` and `resistance`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
-        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading. Or, at arming, a current reading had been above 2 % of `current_limit` plus 0.1 % of the full scale for 20 ms while the bridge was open, and the back-EMF was less than half of the supply voltage.",
+        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading, or the measured currents of all half bridges did not add up to 0 within 20 % of `current_limit` and 2 % of the full scale. Or, at arming, a current reading had been above 2 % of `current_limit` plus 0.1 % of the full scale for 20 ms while the bridge was open, and the back-EMF was less than half of the supply voltage.",
         3 "the first such reading",
         "fault reset",
         "Check the analogue inputs and their wiring. If the zero of a current converter has drifted, calibrate the drive.";

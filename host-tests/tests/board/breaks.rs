@@ -131,6 +131,10 @@ pub fn a_break_just_before_the_bridge_is_enabled_opens_it_for_good() {
     }
 }
 
+/// Largest compare value: the low side conducts for 0.5 us, 85 clocks, behind a dead time of 102.
+const HIGHEST: u32 = 4_250 - 94;
+/// The same of two half bridges: a dead time and 1.3 us pass before the sample.
+const SAMPLED: u32 = 4_250 - 102 - 221;
 /// Core clocks of a PWM period.
 const PERIOD: u64 = CORE_HZ / 20_000;
 /// The newest code of the current of phase a.
@@ -173,5 +177,28 @@ pub fn a_bridge_that_is_armed_again_begins_without_voltage() {
         let before = |write: &&Write| write.address == compare && write.clock < underflow;
         let acts = writes.iter().rfind(before).expect("a compare value");
         assert_eq!(acts.value, 2_125, "{compare:#x}");
+    }
+}
+
+#[test]
+pub fn each_low_side_conducts_long_enough_for_a_sample_and_the_driver_of_its_high_side() {
+    for codes in [[40, 0], [0, 40], [-40, 40], [60, 60]] {
+        let mut chip = armed_axle();
+        let from = chip.clock();
+        // Currents that no voltage ends: the current loop gives all the voltage that it has.
+        chip.pins(|pins| {
+            pins.phase_a = pins.phase_a.wrapping_add_signed(codes[0]);
+            pins.phase_b = pins.phase_b.wrapping_add_signed(codes[1]);
+        });
+        chip.run(6_000);
+        let writes = chip.writes();
+        let compares = writes
+            .iter()
+            .filter(|write| write.clock > from && COMPARES.contains(&write.address));
+        let largest = compares
+            .map(|write| write.value)
+            .max()
+            .expect("compare values");
+        assert!((3_700..=HIGHEST).contains(&largest), "{codes:?}: {largest}");
     }
 }

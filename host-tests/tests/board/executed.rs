@@ -346,7 +346,7 @@ fn damaged_settings_count_as_none() {
 
 #[test]
 pub fn every_pin_has_the_function_of_the_page() {
-    assert_eq!(checks::pins(&running_axle(), "hardware.md"), 26);
+    assert_eq!(checks::pins(&running_axle(), "hardware.md"), 28);
 }
 
 #[test]

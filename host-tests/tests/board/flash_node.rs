@@ -143,7 +143,7 @@ fn settings_that_the_board_does_not_bear_are_refused_by_name() {
     );
     refused(
         "dead_time = 0",
-        "dead_time = 0, this board allows 300 to 1000",
+        "dead_time = 0, this board allows 300 to 600",
     );
     refused(
         "bridge_temperature = 0",

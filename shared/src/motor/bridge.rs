@@ -14,12 +14,19 @@ pub struct Ratings {
     pub pwm_hz: u32,
     /// Compare value of a half bridge whose high side is always on; 64 to 2^15.
     pub period: u16,
+    /// Largest compare value, after the compensation of the dead time, with which the low side of a
+    /// half bridge charges the supply of the high side's driver; at most `period`.
+    pub highest: u16,
+    /// Largest compare value with which the low side conducts long enough to sample its current. In
+    /// each vector that the bridge gives, two half bridges are below 91.4 % of `period` and half a
+    /// dead time.
+    pub sampled: u16,
     /// Current that the code 0 or 2^16 - 1 means, A.
     pub full_scale: f32,
 }
 
-/// Part of the period for which a half bridge may be on at most. In the rest, its low side conducts
-/// long enough to sample the current and to charge the supply of the high side's driver.
+/// Part of the supply voltage that the bridge gives at most, between two terminals, before the
+/// compensation of the dead time.
 pub const MAX_DUTY: f32 = 0.95;
 
 /// Readings of one PWM period.
@@ -28,6 +35,8 @@ pub struct Readings {
     /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. The zero is
     /// [`CurrentSensing::zero`]; larger codes are currents into the motor.
     pub currents: [u16; 2],
+    /// The same of half bridge c, on a board that measures it. The sum of the three is checked then.
+    pub third: Option<u16>,
     /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn
     /// to turn, wrapping at 2^32. A brushed motor needs none.
     pub rotor: u32,
@@ -41,6 +50,7 @@ impl Default for Readings {
     fn default() -> Self {
         Self {
             currents: [1 << 15; 2],
+            third: None,
             rotor: 0,
             over_voltage: false,
         }

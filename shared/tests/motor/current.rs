@@ -9,6 +9,8 @@ use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
 const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 32.0,
 };
 const MOUNTING: Mounting = Mounting {
@@ -824,5 +826,32 @@ proptest! {
             }
             prop_assert!(current_loop.take_means().unwrap().current.is_finite());
         }
+    }
+}
+
+#[test]
+fn currents_that_do_not_add_up_to_0_are_found() {
+    for (config, third) in [
+        (BRUSHED, None),
+        (THREE_PHASE, Some(0.0)),
+        (THREE_PHASE, None),
+    ] {
+        let mut current_loop = CurrentLoop::new(&config, &STAGE).unwrap();
+        let mut run = |a: f64, b: f64| {
+            for _ in 0..20 {
+                current_loop.demand(BridgeDemand::Current(1.0), 24.0, 0.0);
+                current_loop.period(&Readings {
+                    currents: [code(a), code(b)],
+                    third: third.map(|c: f64| code(c)),
+                    ..Readings::default()
+                });
+            }
+            current_loop.take_means().unwrap().electrical.wrong_sum
+        };
+        // 20 % of 20 A, and 2 % of 32 A.
+        assert!(!run(8.0, -8.0) && !run(8.0, -3.5));
+        let checked = third.is_some() || config.kind == MotorKind::Brushed;
+        assert_eq!(run(8.0, -3.2), checked, "{:?} {third:?}", config.kind);
+        assert_eq!(run(0.0, -6.0), checked, "{:?} {third:?}", config.kind);
     }
 }

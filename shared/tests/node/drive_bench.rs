@@ -13,6 +13,8 @@ use tautrack::settings::{Setting, Settings};
 const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 160.0,
 };
 const SUPPLY: f32 = 24.0;

@@ -47,7 +47,6 @@ pub const SUPPLY_PER_CODE: f32 =
 /// [`Readings::currents`](tautrack::motor::bridge::Readings::currents). A current into the motor
 /// flows up through the shunt, so it lowers the code.
 #[inline]
-#[allow(dead_code)] // `cargo flash-node` needs the zero alone
 pub fn current(code: u16) -> u16 {
     !(code << 4)
 }
@@ -59,7 +58,6 @@ const ABOVE_OVER_CURRENT: f32 = 8.0;
 /// Code of the converter that makes the threshold of the comparators, for a phase with this zero
 /// ([`current`]) and current limit, A. The comparator notices currents from the motor into a low
 /// side, and shorts between high and low side.
-#[allow(dead_code)] // `cargo flash-node` needs the zero alone
 pub fn threshold(zero: i32, current_limit: f32) -> u16 {
     let bias = REFERENCE * (65_535 - zero) as f32 / 65_536.0 / GAIN;
     let amperes = 1.5 * current_limit + ABOVE_OVER_CURRENT;

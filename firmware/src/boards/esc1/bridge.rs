@@ -32,6 +32,25 @@ pub const PWM_HZ: u32 = 20_000;
 /// Compare value of a half bridge whose high side is always on. The counter counts up to it and
 /// down again in a period.
 pub const PERIOD: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
+/// Longest dead time that the board allows, ns.
+const DEAD_TIME_NS: u64 = 600;
+/// Time in which an op-amp settles after an edge, ns (FOC-Stim, `config_g431b_esc1.h`).
+const SETTLING_NS: u64 = 1_300;
+/// Time for which a low side conducts in each period, so that it charges the supply of the driver
+/// of its high side, ns.
+const CHARGING_NS: u64 = 500;
+/// Largest compare value. The low side conducts for twice the distance to the period, less a dead
+/// time.
+pub const HIGHEST: u16 = PERIOD - clocks(u64::midpoint(CHARGING_NS, DEAD_TIME_NS));
+/// Largest compare value at which a current is sampled: the dead time and the settling time pass
+/// before the sample, and as much behind it.
+pub const SAMPLED: u16 = PERIOD - clocks(DEAD_TIME_NS + SETTLING_NS);
+
+/// Core clocks of a time, rounded up.
+const fn clocks(nanoseconds: u64) -> u16 {
+    (nanoseconds * CORE_HZ as u64).div_ceil(1_000_000_000) as u16
+}
+
 /// The currents are sampled when the counter, counting down, reaches this value: 6 ns after its
 /// overflow.
 const SAMPLE_AT: u16 = PERIOD - 1;

@@ -35,7 +35,7 @@ pub const LIMITS: [Limit; 11] = [
         [12_000, 26_000],
         25_000,
     ),
-    limit(Setting::DeadTime, "dead_time", [300, 1_000], 600),
+    limit(Setting::DeadTime, "dead_time", [300, 600], 600),
     limit(
         Setting::CurrentZeroA,
         "current_zero_a",

@@ -103,9 +103,10 @@ fn start(role: &'static Role, bus: Spawner) {
     });
     over_current::start(&settings);
     let pins = sampling::Pins {
-        amplifiers: (p.OPAMP1, p.OPAMP2),
+        amplifiers: (p.OPAMP1, p.OPAMP2, p.OPAMP3),
         a: (p.PA1, p.PA3, p.PA2),
         b: (p.PA7, p.PA5, p.PA6),
+        c: (p.PB0, p.PB2, p.PB1),
         converters: (p.ADC1, p.ADC2),
         supply: p.PA0,
         temperature: p.PB14,
@@ -164,6 +165,8 @@ impl Board for Esc1 {
     const POWER_STAGE: Ratings = Ratings {
         pwm_hz: bridge::PWM_HZ,
         period: bridge::PERIOD,
+        highest: bridge::HIGHEST,
+        sampled: bridge::SAMPLED,
         full_scale: analogue::FULL_SCALE_AMPERES,
     };
 

@@ -61,6 +61,8 @@ impl Board for G474 {
     const POWER_STAGE: Ratings = Ratings {
         pwm_hz: 20_000,
         period: 1,
+        highest: 1,
+        sampled: 1,
         full_scale: 0.0,
     };
 

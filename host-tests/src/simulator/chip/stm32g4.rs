@@ -109,6 +109,8 @@ pub struct Pins {
     pub phase_a: u16,
     /// Code of the current of phase b.
     pub phase_b: u16,
+    /// Code of the current of phase c.
+    pub phase_c: u16,
     /// Code of the supply voltage.
     pub supply: u16,
     /// Code of the temperature.
@@ -423,8 +425,9 @@ impl State {
     }
 
     fn convert(&mut self) {
+        let dead_clocks = self.get(BDTR) & 0x7f;
         if let (Some(motor), Some(pins)) = (&mut self.motor, &mut self.pins) {
-            [pins.phase_a, pins.phase_b] = motor.current_codes();
+            [pins.phase_a, pins.phase_b, pins.phase_c] = motor.current_codes(dead_clocks);
         }
         for (number, adc) in ADC.into_iter().enumerate() {
             let sequence = self.get(adc + 0x4c);
@@ -439,6 +442,7 @@ impl State {
                 let code = match (number, sequence >> (9 + 6 * rank) & 31) {
                     (0, 3) if amplifier(0) => pins.phase_a,
                     (1, 3) if amplifier(1) => pins.phase_b,
+                    (0, 12) if amplifier(2) => pins.phase_c,
                     (0, 1) => pins.supply,
                     (0, 5) => pins.temperature,
                     _ => 0,
@@ -624,6 +628,7 @@ impl Chip {
                 // No current: 2.057 V.
                 phase_a: 2_553,
                 phase_b: 2_553,
+                phase_c: 2_553,
                 supply: 2866, // 24 V
                 temperature: 1309,
                 safe_torque_off: true,

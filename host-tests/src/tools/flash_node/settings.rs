@@ -12,6 +12,7 @@ use tautrack::motor::board_limits::{self, Limit};
 use tautrack::settings::{Setting, Settings};
 
 // What the program of the board refuses.
+#[allow(dead_code)] // the program of the board uses the rest
 #[path = "../../../../firmware/src/boards/esc1/analogue.rs"]
 mod analogue;
 #[path = "../../../../firmware/src/boards/esc1/limits.rs"]

@@ -138,6 +138,10 @@ pub struct CurrentLoop {
     over_voltage: bool,
     /// The demand is to brake, and shorts the windings.
     shorted: bool,
+    /// Compare values of the period that ends with the next readings.
+    compares: [u16; 3],
+    /// Largest sum of the currents of all half bridges, which should be 0; 2^30 is full scale.
+    largest_sum: i32,
     /// Measurements since the last call of [`Self::take_means`].
     sums: Sums,
     probe: Probe,
@@ -391,6 +395,28 @@ impl CurrentLoop {
         }
     }
 
+    /// Returns the currents of half bridges a and b, and the sum of all. Where a low side conducted too
+    /// briefly for a sample, the current follows from the other ones, and the sum is 0. Half bridge c
+    /// of a brushed motor is not connected. The zero of c is that of b.
+    #[inline]
+    fn currents(&self, readings: &Readings) -> ([i32; 2], i32) {
+        let [a, b] = self.sensing.currents(readings.currents);
+        let c = match (&self.motor, readings.third) {
+            (Motor::Brushed(_), _) => 0,
+            (Motor::ThreePhase(..), Some(code)) => self.sensing.currents([code; 2])[1],
+            (Motor::ThreePhase(..), None) => return ([a, b], 0),
+        };
+        let bad = self
+            .compares
+            .map(|compare| compare > self.fixed.ratings.sampled);
+        match bad {
+            [true, ..] => ([b.saturating_add(c).saturating_neg(), b], 0),
+            [_, true, _] => ([a, a.saturating_add(c).saturating_neg()], 0),
+            [.., true] => ([a, b], 0),
+            _ => ([a, b], a.saturating_add(b).saturating_add(c)),
+        }
+    }
+
     /// Runs one PWM period: computes the command for the next period.
     ///
     /// It is defined for every input. The bridge is off while a phase current exceeds 150 % of the
@@ -398,7 +424,7 @@ impl CurrentLoop {
     /// the voltage: it returns nothing to the supply.
     #[inline]
     pub fn period(&mut self, readings: &Readings) -> PowerStage {
-        let currents = self.sensing.currents(readings.currents);
+        let (currents, sum) = self.currents(readings);
         let largest = self.motor.largest(currents);
         let action = if self.left == 0 {
             Action::Off
@@ -406,6 +432,10 @@ impl CurrentLoop {
             self.left -= 1;
             self.demand.action
         };
+        // The currents of an open bridge flow past the shunts.
+        let driven = matches!(action, Action::Current(..));
+        self.sums
+            .add_sum(driven && sum.saturating_abs() > self.largest_sum);
         let too_large = largest > self.over_current;
         let too_high = readings.over_voltage && action != Action::Brake;
         let (stage, current) = match action {
@@ -461,6 +491,10 @@ impl CurrentLoop {
             }
         };
         self.sums.add_current(current);
+        self.compares = match stage {
+            PowerStage::Drive(compares) => compares,
+            PowerStage::Off | PowerStage::Brake => [0; 3],
+        };
         stage
     }
 }

@@ -131,6 +131,10 @@ impl fmt::Display for CurrentLoopError {
     }
 }
 
+/// Largest sum of the currents of all half bridges, as a fraction of the current limit and of full
+/// scale: gains and zeros of the converters are not exact.
+const SUM: f32 = 0.2;
+const SUM_ZERO: f32 = 0.02;
 /// Current at which the bridge opens at once, in current limits.
 const OVER_CURRENT: f32 = 1.5;
 
@@ -321,6 +325,9 @@ impl CurrentLoop {
             // The largest code is one below full scale.
             over_current: wanted_over_current,
             wanted_over_current,
+            largest_sum: to_i32(
+                (SUM * config.current_limit + SUM_ZERO * ratings.full_scale) * per_ampere,
+            ),
             demand: Demand::default(),
             left: 0,
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
@@ -329,6 +336,7 @@ impl CurrentLoop {
             shorted: false,
             sums: Sums::default(),
             probe: super::probe::Probe::default(),
+            compares: [0; 3],
             measured: Dq::default(),
             compensation: None,
             index: (config.sensor == RotorSensor::Indexed).then(|| Index::new(config.mounting)),

@@ -28,6 +28,8 @@ pub const SERIAL: u32 = 7;
 static RATINGS: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 40.0,
 };
 
