@@ -7,7 +7,7 @@ use embassy_executor::{SpawnError, Spawner};
 use embedded_storage::nor_flash::NorFlash;
 use tautrack::bus::node::Condition;
 use tautrack::motor::board_limits::Limit;
-use tautrack::motor::bridge::Ratings;
+use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::sensors::{Switches, Temperatures};
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
@@ -47,6 +47,11 @@ pub trait Board {
     /// Whether the rotor sensor is broken. A board that cannot know keeps this method.
     fn encoder_broken() -> bool {
         false
+    }
+    /// What has opened the bridge without software since the drive was disabled last, or led to the
+    /// last reset. A board that cannot know keeps this method.
+    fn bridge_stop() -> Option<BridgeStop> {
+        None
     }
     /// Count of the rotor sensor ([`Readings::rotor`](tautrack::motor::bridge::Readings::rotor)) at
     /// the newest pulse of the encoder's index since the last call. A board without such an input

@@ -29,6 +29,7 @@ impl Motor for BoardMotor {
         Readings {
             encoder: Selected::encoder(),
             encoder_broken: Selected::encoder_broken(),
+            bridge_stop: Selected::bridge_stop(),
             means,
             supply_voltage: Selected::supply_voltage(),
             temperatures: Selected::temperatures(),

@@ -2,7 +2,7 @@
 
 use crate::checks::field;
 use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1, Write};
-use crate::executed::{arm, armed_axle, running_axle, write};
+use crate::executed::{arm, armed_axle, panic_instruction, read, running_axle, write};
 use crate::gates;
 
 /// Registers of the comparators 1, 2 and 4, and the number of TIM1's output 5 at each (RM0440,
@@ -200,5 +200,56 @@ pub fn each_low_side_conducts_long_enough_for_a_sample_and_the_driver_of_its_hig
             .max()
             .expect("compare values");
         assert!((3_700..=HIGHEST).contains(&largest), "{codes:?}: {largest}");
+    }
+}
+
+/// Fault of the drive (object 0x603f), and whether the log has it.
+fn fault(chip: &mut Chip) -> (u32, bool) {
+    let code = read(chip, 0x603f);
+    let line = format!("fault {code:#06x}");
+    (code, gates::log(chip).contains(&line))
+}
+
+#[test]
+pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current() {
+    let causes: [(u32, fn(&mut Chip)); 4] = [
+        (0xff20, |chip| {
+            chip.pins(|pins| pins.safe_torque_off = false)
+        }),
+        (0x2340, |chip| chip.pins(|pins| pins.over_current[2] = true)),
+        (0x5220, |chip| chip.event(Event::FlashError)),
+        (0x5220, |chip| chip.pins(|pins| pins.chip_supply = 2.8)),
+    ];
+    for (code, cause) in causes {
+        let mut chip = armed_axle();
+        cause(&mut chip);
+        chip.run(2_000);
+        assert_eq!(fault(&mut chip), (code, true));
+    }
+}
+
+#[test]
+pub fn a_drive_that_was_reset_after_a_failure_says_so() {
+    let failures: [fn(&mut Chip); 2] = [
+        |chip| chip.jump(panic_instruction()),
+        |chip| {
+            chip.fail_crystal();
+            chip.run(10_000);
+            chip.mend_crystal();
+        },
+    ];
+    for fail in failures {
+        let mut chip = armed_axle();
+        fail(&mut chip);
+        while chip.resets() == 0 {
+            chip.run(1_000);
+        }
+        chip.run(45_000);
+        assert_eq!(fault(&mut chip), (0x5220, true));
+        // A reset of the fault ends it.
+        write(&mut chip, 0x6040, 0, &[0, 0]);
+        write(&mut chip, 0x6040, 0, &[0x80, 0]);
+        chip.run(5_000);
+        assert_eq!(read(&mut chip, 0x603f), 0);
     }
 }

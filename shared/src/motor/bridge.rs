@@ -114,3 +114,16 @@ impl CurrentSensing {
         [current(0), current(1)]
     }
 }
+
+/// What has opened the bridge without software, since the drive was disabled last.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum BridgeStop {
+    /// The input "safe torque off" is open.
+    SafeTorqueOff,
+    /// A comparator has seen a very large current.
+    Comparator,
+    /// An event of the processor.
+    Processor,
+    /// The last reset followed a failure of the crystal or the program. It comes once.
+    Crash,
+}

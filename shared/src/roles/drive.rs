@@ -16,7 +16,7 @@ use crate::bus::node::{Condition, Configuration, Core, Table, Values};
 use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
 use crate::constants::CONTROL_HZ;
-use crate::motor::bridge::Ratings;
+use crate::motor::bridge::{BridgeStop, Ratings};
 use crate::motor::calibration;
 use crate::motor::capture::{Capture, Request};
 use crate::motor::cogging::Wave;
@@ -44,6 +44,8 @@ pub struct Readings {
     pub encoder: i32,
     /// The rotor sensor is broken.
     pub encoder_broken: bool,
+    /// What has opened the bridge without software.
+    pub bridge_stop: Option<BridgeStop>,
     /// Means of the current samples since the last tick; `None` without a sample.
     pub means: Option<Means>,
     /// Supply voltage, V.

@@ -82,6 +82,7 @@ prop_compose! {
             now_us: jump_us,
             encoder,
             encoder_broken,
+            bridge_stop: None,
             current,
             electrical,
             supply_voltage,

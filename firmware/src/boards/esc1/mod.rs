@@ -43,7 +43,7 @@ use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
 use tautrack::math::Crc32;
 use tautrack::motor::board_limits::Limit;
-use tautrack::motor::bridge::Ratings;
+use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::motor::rotor::RotorSensor;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
@@ -154,6 +154,11 @@ impl Esc1 {
         bridge::open();
     }
 
+    /// Takes note that the last reset followed a failure.
+    pub(super) fn note_crash() {
+        bridge::note_crash();
+    }
+
     /// Whether a break input has opened the bridge.
     pub(super) fn stopped() -> bool {
         bridge::tripped()
@@ -187,6 +192,10 @@ impl Board for Esc1 {
 
     fn encoder_broken() -> bool {
         halls::are_broken()
+    }
+
+    fn bridge_stop() -> Option<BridgeStop> {
+        bridge::stop()
     }
 
     fn index() -> Option<u32> {

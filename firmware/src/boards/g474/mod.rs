@@ -49,6 +49,9 @@ impl G474 {
     /// The board moves nothing. Its nodes hold when the guard is silent.
     pub(super) fn make_safe() {}
 
+    /// Takes note that the last reset followed a failure: the log says so.
+    pub(super) fn note_crash() {}
+
     /// Whether the emergency stop is actuated.
     pub(super) fn stopped() -> bool {
         operator::switches().emergency_stop

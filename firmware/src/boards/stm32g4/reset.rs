@@ -4,12 +4,19 @@
 use crate::boards::Selected;
 use crate::watchdog::PERIOD_US;
 use core::panic::PanicInfo;
+use core::sync::atomic::{AtomicU32, Ordering};
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
 
 /// Rate at which the watchdog counts, Hz: its oscillator of 32 kHz, divided by 4. The oscillator is
 /// accurate to 6 % (data sheet of the chip).
 const WATCHDOG_HZ: u64 = 8_000;
+
+/// [`CRASHED`] if the crystal or the program has failed since power-up. A reset does not clear it.
+#[unsafe(link_section = ".uninit.crash")]
+static CRASH: AtomicU32 = AtomicU32::new(0);
+/// A value that RAM does not have by chance.
+const CRASHED: u32 = 0x9c3a_51e7;
 
 /// Starts the watchdog. It cannot be stopped again.
 pub fn start_watchdog() {
@@ -44,6 +51,10 @@ pub fn report_cause() {
         "reset pin"
     };
     defmt::info!("reset by {=str}", text);
+    if CRASH.swap(0, Ordering::Relaxed) == CRASHED {
+        defmt::warn!("the crystal or the program had failed");
+        Selected::note_crash();
+    }
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
 }
 
@@ -52,6 +63,7 @@ pub fn report_cause() {
 #[panic_handler]
 fn panic(info: &PanicInfo) -> ! {
     stop();
+    CRASH.store(CRASHED, Ordering::Relaxed);
     if let Some(place) = info.location() {
         defmt::error!("panic in {=str}, line {=u32}", place.file(), place.line());
     }
@@ -65,6 +77,7 @@ unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     /// Bit of the register CFSR: the instruction is not defined, as UDF.
     const UNDEFINED_INSTRUCTION: u32 = 1 << 16;
     stop();
+    CRASH.store(CRASHED, Ordering::Relaxed);
     // SAFETY: reads a register of the core, which has no other user.
     let cause = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
     if cause & UNDEFINED_INSTRUCTION == 0 {
@@ -82,6 +95,7 @@ unsafe fn NonMaskableInt() {
     if pac::RCC.cifr().read().cssf() {
         stop();
         pac::RCC.cicr().write(|w| w.set_cssc(true));
+        CRASH.store(CRASHED, Ordering::Relaxed);
         defmt::error!("the crystal has failed");
         wait_for_watchdog();
     }

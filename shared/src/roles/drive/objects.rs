@@ -169,6 +169,7 @@ impl<S: Store> Objects<S> {
             now_us,
             encoder: readings.encoder,
             encoder_broken: readings.encoder_broken,
+            bridge_stop: readings.bridge_stop,
             // NaN: without a sample the current is not known.
             current: means.map_or(f32::NAN, |means| means.current),
             electrical: means.map_or_else(Electrical::default, |means| means.electrical),

@@ -79,6 +79,7 @@ impl Motor for Rotor {
         Readings {
             encoder: self.0,
             encoder_broken: false,
+            bridge_stop: None,
             means: Some(Means {
                 current: 0.0,
                 electrical: Electrical::default(),

@@ -177,6 +177,11 @@ impl Chip {
         self.state().fail_crystal();
     }
 
+    /// Makes the crystal work again.
+    pub fn mend_crystal(&mut self) {
+        self.state().events.crystal_failed = false;
+    }
+
     /// Switches the watch of the crystal off.
     pub fn stop_clock_security(&mut self) {
         let mut state = self.state();
