@@ -1,9 +1,12 @@
 //! What opens the bridge without software, and what does not depend on the crystal.
 
 use crate::checks::field;
-use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1, Write};
+use crate::chip::{BDTR, CORE_HZ, Chip, Event, GPIO, MOE, TIM1, Write};
 use crate::executed::{arm, armed_axle, panic_instruction, read, running_axle, write};
 use crate::gates;
+use crate::images::programs;
+use std::fs;
+use tautrack_host_tests::programs::flash;
 
 /// Registers of the comparators 1, 2 and 4, and the number of TIM1's output 5 at each (RM0440,
 /// table 195).
@@ -212,12 +215,11 @@ fn fault(chip: &mut Chip) -> (u32, bool) {
 
 #[test]
 pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current() {
-    let causes: [(u32, fn(&mut Chip)); 4] = [
+    let causes: [(u32, fn(&mut Chip)); 3] = [
         (0xff20, |chip| {
             chip.pins(|pins| pins.safe_torque_off = false)
         }),
         (0x2340, |chip| chip.pins(|pins| pins.over_current[2] = true)),
-        (0x5220, |chip| chip.event(Event::FlashError)),
         (0x5220, |chip| chip.pins(|pins| pins.chip_supply = 2.8)),
     ];
     for (code, cause) in causes {
@@ -230,7 +232,8 @@ pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current(
 
 #[test]
 pub fn a_drive_that_was_reset_after_a_failure_says_so() {
-    let failures: [fn(&mut Chip); 2] = [
+    let failures: [fn(&mut Chip); 3] = [
+        |chip| chip.event(Event::FlashError),
         |chip| chip.jump(panic_instruction()),
         |chip| {
             chip.fail_crystal();
@@ -252,4 +255,19 @@ pub fn a_drive_that_was_reset_after_a_failure_says_so() {
         chip.run(5_000);
         assert_eq!(read(&mut chip, 0x603f), 0);
     }
+}
+
+#[test]
+fn the_loader_flashes_its_led_when_the_flash_memory_has_an_error() {
+    let loader = fs::read(&programs().loader.path).expect("the loader");
+    let segments = flash::segments(&loader).expect("an image");
+    let mut chip = Chip::new(&segments, 0x0800_0000);
+    chip.run(100);
+    chip.event(Event::FlashError);
+    chip.run(200_000);
+    // Output data of port C, PC6.
+    let writes = chip.writes();
+    let led = writes.iter().filter(|write| write.address == GPIO + 0x814);
+    let levels: Vec<_> = led.map(|write| write.value >> 6 & 1).collect();
+    assert!(levels.contains(&0) && levels.contains(&1), "{levels:?}");
 }

@@ -51,9 +51,9 @@ const fn clocks(nanoseconds: u64) -> u16 {
     (nanoseconds * CORE_HZ as u64).div_ceil(1_000_000_000) as u16
 }
 
-/// The currents are sampled when the counter, counting down, reaches this value: 6 ns after its
-/// overflow.
-const SAMPLE_AT: u16 = PERIOD - 1;
+/// The currents are sampled when the counter, counting down, reaches this value: 0.1 us after its
+/// overflow. The trigger is low for twice as long before, eight clocks of the converters.
+const SAMPLE_AT: u16 = PERIOD - 17;
 /// The comparators do not count near the underflow of the counter, where the high sides switch on
 /// and off: below this value, so for 2 us of a period.
 const BLANKED_BELOW: u16 = (CORE_HZ / 1_000_000) as u16;

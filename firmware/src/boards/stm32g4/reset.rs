@@ -88,8 +88,8 @@ unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     wait_for_watchdog()
 }
 
-/// Handles a crystal that has failed: the core runs on its own oscillator, with which the bus
-/// cannot work, so the board stops and is reset. Or an error in the flash memory.
+/// Handles a crystal that has failed: the core runs on its own oscillator, with which the bus cannot
+/// work, so the board stops and is reset. Or an error in the flash memory: in the program, the same.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() {
     if pac::RCC.cifr().read().cssf() {
@@ -99,7 +99,12 @@ unsafe fn NonMaskableInt() {
         defmt::error!("the crystal has failed");
         wait_for_watchdog();
     }
-    super::storage::clear_error();
+    if !super::storage::clear_error() {
+        stop();
+        CRASH.store(CRASHED, Ordering::Relaxed);
+        defmt::error!("the flash memory has an error");
+        wait_for_watchdog();
+    }
 }
 
 /// Switches off what moves, and stops the interrupts from switching it on again.

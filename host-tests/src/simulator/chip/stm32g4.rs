@@ -300,6 +300,8 @@ impl State {
                 self.flash().unlock(value);
                 0
             }
+            // Writing 1 clears a flag.
+            breaks::ERRORS => old & !value,
             a if a == FLASH_CONTROL + 0x10 => {
                 self.flash().status &= !value;
                 0
