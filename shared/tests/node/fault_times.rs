@@ -7,6 +7,7 @@ use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, toward_oper
 use tautrack::bus::pdo::{DriveMotion, Request};
 use tautrack::can::Frame;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
+use tautrack::motor::bridge::BridgeStop;
 use tautrack::motor::model::MotorModel;
 use tautrack::node::axle::{BridgeDemand, SetPoint};
 use tautrack::node::guard::State as GuardState;
