@@ -136,8 +136,6 @@ pub fn a_break_just_before_the_bridge_is_enabled_opens_it_for_good() {
 
 /// Largest compare value: the low side conducts for 0.5 us, 85 clocks, behind a dead time of 102.
 const HIGHEST: u32 = 4_250 - 94;
-/// The same of two half bridges: a dead time and 1.3 us pass before the sample.
-const SAMPLED: u32 = 4_250 - 102 - 221;
 /// Core clocks of a PWM period.
 const PERIOD: u64 = CORE_HZ / 20_000;
 /// The newest code of the current of phase a.
@@ -206,6 +204,9 @@ pub fn each_low_side_conducts_long_enough_for_a_sample_and_the_driver_of_its_hig
     }
 }
 
+/// What happens to a chip.
+type Cause = fn(&mut Chip);
+
 /// Fault of the drive (object 0x603f), and whether the log has it.
 fn fault(chip: &mut Chip) -> (u32, bool) {
     let code = read(chip, 0x603f);
@@ -215,7 +216,7 @@ fn fault(chip: &mut Chip) -> (u32, bool) {
 
 #[test]
 pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current() {
-    let causes: [(u32, fn(&mut Chip)); 3] = [
+    let causes: [(u32, Cause); 3] = [
         (0xff20, |chip| {
             chip.pins(|pins| pins.safe_torque_off = false)
         }),
@@ -232,7 +233,7 @@ pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current(
 
 #[test]
 pub fn a_drive_that_was_reset_after_a_failure_says_so() {
-    let failures: [fn(&mut Chip); 3] = [
+    let failures: [Cause; 3] = [
         |chip| chip.event(Event::FlashError),
         |chip| chip.jump(panic_instruction()),
         |chip| {

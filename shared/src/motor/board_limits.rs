@@ -63,6 +63,7 @@ pub fn check(limits: &[Limit], settings: &Settings) -> Result<(), BeyondBoard> {
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
     use super::*;
 
     #[test]
