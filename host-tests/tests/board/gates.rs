@@ -1,7 +1,7 @@
 //! The gates are off after every kind of failure, and the node reports the cause of its reset.
 
 use crate::chip::Chip;
-use crate::executed::{armed_axle, panic_instruction, write};
+use crate::executed::{armed_axle, panic_instruction, read, write};
 use crate::images::programs;
 use defmt_decoder::Table;
 use object::read::elf::ElfFile32;
@@ -89,6 +89,26 @@ fn the_log_names_the_address_of_a_panic_and_tells_it_from_a_hard_fault() {
 pub fn after_a_hard_fault_the_gates_stay_off_and_the_watchdog_is_named() {
     let fail = |chip: &mut Chip| chip.jump(0xf000_0000);
     resets_and_stays_open("hard fault", fail, "reset by watchdog");
+}
+
+#[test]
+pub fn a_stack_that_overflows_opens_the_bridge_and_overwrites_nothing() {
+    let elf = fs::read(&programs().axle.path).expect("a program");
+    let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
+    let end = file.symbols().find(|it| it.name() == Ok("__euninit"));
+    let end = end.expect("an end of the static variables").address() as u32;
+    let mut chip = armed_axle();
+    let before = chip.memory(end, 1_024);
+    chip.overflow_stack(end + 1_040);
+    chip.run(20);
+    assert!(!chip.is_live(), "the bridge is live");
+    assert_eq!(chip.resets(), 0);
+    assert_eq!(chip.memory(end, 512), before[..512], "the stack went on");
+    let line = log(&chip).pop();
+    assert_eq!(line.as_deref(), Some("the stack has overflowed"));
+    chip.run(110_000);
+    assert!(chip.resets() > 0 && !chip.is_live());
+    assert_eq!(read(&mut chip, 0x603f), 0x5220);
 }
 
 #[test]

@@ -30,7 +30,7 @@ mod switches;
 mod thermistor;
 mod transceiver;
 
-use super::stm32g4::{can, clock, led, reset, storage};
+use super::stm32g4::{can, clock, led, reset, stack_guard, storage};
 use crate::boards::Board;
 use crate::refusal::refuse;
 use crate::roles::{self, Role, Spawners};
@@ -183,6 +183,7 @@ impl Board for Esc1 {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
         bridge::freeze_when_halted();
+        stack_guard::start();
         EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))
     }
 

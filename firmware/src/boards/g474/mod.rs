@@ -12,7 +12,7 @@ mod gnss;
 mod operator;
 mod sensors;
 
-use super::stm32g4::{can, clock, led, reset, storage};
+use super::stm32g4::{can, clock, led, reset, stack_guard, storage};
 use crate::boards::{Board, OperatorSwitches};
 use crate::roles::{self, Role, Spawners};
 use crate::sensors::{Published, Rates};
@@ -73,6 +73,7 @@ impl Board for G474 {
 
     fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+        stack_guard::start();
         reset::start_watchdog();
         let p = clock::start();
         reset::report_cause();

@@ -1,6 +1,7 @@
 //! Watchdog, cause of the last reset, and what happens after a panic or a fault of the core: the
 //! board switches off what moves, and the watchdog resets the chip.
 
+use super::stack_guard;
 use crate::boards::Selected;
 use crate::watchdog::PERIOD_US;
 use core::panic::PanicInfo;
@@ -70,17 +71,19 @@ fn panic(info: &PanicInfo) -> ! {
     wait_for_watchdog()
 }
 
-/// Handles faults of the core, and panics of the motor board. It names the address, which the ELF
-/// file translates into a line.
-#[cortex_m_rt::exception]
-unsafe fn HardFault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
+/// Handles faults of the core, a stack that overflows, and panics of the motor board. It names the
+/// address, which the ELF file translates into a line.
+#[unsafe(no_mangle)]
+unsafe extern "C" fn hard_fault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     /// Bit of the register CFSR: the instruction is not defined, as UDF.
     const UNDEFINED_INSTRUCTION: u32 = 1 << 16;
     stop();
     CRASH.store(CRASHED, Ordering::Relaxed);
     // SAFETY: reads a register of the core, which has no other user.
     let cause = unsafe { (*cortex_m::peripheral::SCB::PTR).cfsr.read() };
-    if cause & UNDEFINED_INSTRUCTION == 0 {
+    if stack_guard::has_overflowed(&raw const *frame as usize) {
+        defmt::error!("the stack has overflowed");
+    } else if cause & UNDEFINED_INSTRUCTION == 0 {
         defmt::error!("hard fault at {=u32:#x}", frame.pc());
     } else {
         defmt::error!("panic at {=u32:#x}", frame.pc());
