@@ -6,6 +6,7 @@ use crate::sensors::{Published, Rates};
 use embassy_executor::{SpawnError, Spawner};
 use embedded_storage::nor_flash::NorFlash;
 use tautrack::bus::node::Condition;
+use tautrack::fault_log::FaultLog;
 use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::sensors::{Switches, Temperatures};
@@ -48,6 +49,13 @@ pub trait Board {
     fn encoder_broken() -> bool {
         false
     }
+    /// Returns the faults that the board has kept over the last reset. A board without such memory
+    /// keeps this method, and the next one.
+    fn kept_faults() -> FaultLog {
+        FaultLog::default()
+    }
+    /// Keeps the faults over the next reset.
+    fn keep_faults(_log: &FaultLog) {}
     /// What has opened the bridge without software since the drive was disabled last, or led to the
     /// last reset. A board that cannot know keeps this method.
     fn bridge_stop() -> Option<BridgeStop> {

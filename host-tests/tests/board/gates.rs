@@ -1,7 +1,8 @@
 //! The gates are off after every kind of failure, and the node reports the cause of its reset.
 
+use crate::checks;
 use crate::chip::Chip;
-use crate::executed::{armed_axle, panic_instruction, read, write};
+use crate::executed::{NODE, armed_axle, panic_instruction, read, write};
 use crate::images::programs;
 use defmt_decoder::Table;
 use object::read::elf::ElfFile32;
@@ -109,6 +110,38 @@ pub fn a_stack_that_overflows_opens_the_bridge_and_overwrites_nothing() {
     chip.run(110_000);
     assert!(chip.resets() > 0 && !chip.is_live());
     assert_eq!(read(&mut chip, 0x603f), 0x5220);
+}
+
+#[test]
+fn the_last_faults_survive_a_reset_with_what_was_measured() {
+    let entry = |chip: &mut Chip, sub| checks::read(chip, NODE, 0x1003, sub);
+    let shown = |chip: &mut Chip, sub| checks::read(chip, NODE, 0x2021, sub);
+    let mut chip = armed_axle();
+    // 32.2 V, behind the divider of 169 and 18 kiloohm.
+    chip.pins(|pins| pins.supply = 3_847);
+    chip.run(3_000);
+    // Above the code is the cause of the reset: power-up.
+    let over_voltage = 1 << 16 | 0x3210;
+    assert_eq!(entry(&mut chip, 0), 1);
+    assert_eq!(entry(&mut chip, 1), over_voltage);
+    chip.pins(|pins| pins.supply = 2_866);
+    chip.brown_out();
+    chip.run(45_000);
+    assert_eq!(entry(&mut chip, 1), over_voltage);
+    chip.jump(panic_instruction());
+    chip.run(110_000);
+    assert_eq!(entry(&mut chip, 0) & 0xff, 2);
+    // The watchdog, after the program had failed.
+    assert_eq!(entry(&mut chip, 1), 5 << 16 | 0x5220);
+    assert_eq!(entry(&mut chip, 2), over_voltage);
+    checks::write(&mut chip, NODE, 0x2021, 1, &[2]);
+    assert_eq!(shown(&mut chip, 2) & 0xffff, 0x3210);
+    let millivolts = shown(&mut chip, 5) & 0xffff;
+    assert!((31_900..32_500).contains(&millivolts), "{millivolts} mV");
+    checks::write(&mut chip, NODE, 0x1003, 0, &[0]);
+    chip.brown_out();
+    chip.run(45_000);
+    assert_eq!(entry(&mut chip, 0) & 0xff, 0);
 }
 
 #[test]

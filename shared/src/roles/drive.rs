@@ -16,6 +16,7 @@ use crate::bus::node::{Condition, Configuration, Core, Table, Values};
 use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
 use crate::constants::CONTROL_HZ;
+use crate::fault_log::{Circumstances, FaultLog};
 use crate::motor::bridge::{BridgeStop, Ratings};
 use crate::motor::calibration;
 use crate::motor::capture::{Capture, Request};
@@ -211,6 +212,11 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         self.core.state()
     }
 
+    /// Returns the history of faults.
+    pub fn errors(&mut self) -> &mut FaultLog {
+        self.core.errors()
+    }
+
     /// Gives the objects their values at start, and sends the boot-up message.
     pub fn boot(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         self.objects.start(self.control.axle());
@@ -249,7 +255,12 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         let outputs = self.control.tick(inputs, joint);
         self.finish(&inputs, &outputs, motor);
         if let Some(code) = outputs.emergency {
-            self.core.report(code, send);
+            let measured = Circumstances {
+                supply_voltage: inputs.supply_voltage,
+                current: inputs.current,
+                velocity: outputs.velocity,
+            };
+            self.core.report(code, &measured, send);
         }
         Ticked {
             fault: outputs.emergency,

@@ -41,6 +41,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
+use tautrack::fault_log::FaultLog;
 use tautrack::math::Crc32;
 use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
@@ -201,6 +202,14 @@ impl Board for Esc1 {
 
     fn index() -> Option<u32> {
         encoder::index()
+    }
+
+    fn kept_faults() -> FaultLog {
+        reset::kept_faults()
+    }
+
+    fn keep_faults(log: &FaultLog) {
+        reset::keep_faults(log);
     }
 
     fn supply_voltage() -> f32 {

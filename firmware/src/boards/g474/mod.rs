@@ -23,6 +23,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
+use tautrack::fault_log::FaultLog;
 use tautrack::math::Crc32;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::Switches;
@@ -115,6 +116,14 @@ impl Board for G474 {
 
     fn encoder() -> i32 {
         0
+    }
+
+    fn kept_faults() -> FaultLog {
+        reset::kept_faults()
+    }
+
+    fn keep_faults(log: &FaultLog) {
+        reset::keep_faults(log);
     }
 
     fn supply_voltage() -> f32 {

@@ -5,9 +5,10 @@ use super::stack_guard;
 use crate::boards::Selected;
 use crate::watchdog::PERIOD_US;
 use core::panic::PanicInfo;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering};
 use embassy_stm32::pac;
 use embassy_stm32::pac::iwdg::vals::{Key, Pr};
+use tautrack::fault_log::{FaultLog, Reset, WORDS};
 
 /// Rate at which the watchdog counts, Hz: its oscillator of 32 kHz, divided by 4. The oscillator is
 /// accurate to 6 % (data sheet of the chip).
@@ -18,6 +19,25 @@ const WATCHDOG_HZ: u64 = 8_000;
 static CRASH: AtomicU32 = AtomicU32::new(0);
 /// A value that RAM does not have by chance.
 const CRASHED: u32 = 0x9c3a_51e7;
+
+/// The faults as words of a log. A reset does not clear them.
+#[unsafe(link_section = ".uninit.faults")]
+static FAULTS: [AtomicU32; WORDS] = [const { AtomicU32::new(0) }; WORDS];
+/// Cause of the last reset.
+static CAUSE: AtomicU8 = AtomicU8::new(Reset::Unknown as u8);
+
+/// Returns the faults that were kept over the last reset.
+pub fn kept_faults() -> FaultLog {
+    let words = FAULTS.each_ref().map(|word| word.load(Ordering::Relaxed));
+    FaultLog::new(&words, CAUSE.load(Ordering::Relaxed))
+}
+
+/// Keeps the faults over the next reset.
+pub fn keep_faults(log: &FaultLog) {
+    for (place, word) in FAULTS.iter().zip(log.to_words()) {
+        place.store(word, Ordering::Relaxed);
+    }
+}
 
 /// Starts the watchdog. It cannot be stopped again.
 pub fn start_watchdog() {
@@ -40,22 +60,24 @@ pub fn feed_watchdog() {
 /// Writes the cause of the last reset to the log.
 pub fn report_cause() {
     let cause = pac::RCC.csr().read();
-    let text = if cause.iwdgrstf() || cause.wwdgrstf() {
-        "watchdog"
+    let (mut reset, text) = if cause.iwdgrstf() || cause.wwdgrstf() {
+        (Reset::Watchdog, "watchdog")
     } else if cause.sftrstf() {
-        "software"
+        (Reset::Software, "software")
     } else if cause.borrstf() {
-        "power-up or brown-out"
+        (Reset::Power, "power-up or brown-out")
     } else if cause.oblrstf() || cause.lpwrrstf() {
-        "option bytes or low power"
+        (Reset::Other, "option bytes or low power")
     } else {
-        "reset pin"
+        (Reset::Pin, "reset pin")
     };
     defmt::info!("reset by {=str}", text);
     if CRASH.swap(0, Ordering::Relaxed) == CRASHED {
+        reset = Reset::Crash;
         defmt::warn!("the crystal or the program had failed");
         Selected::note_crash();
     }
+    CAUSE.store(reset as u8, Ordering::Relaxed);
     pac::RCC.csr().modify(|w| w.set_rmvf(true));
 }
 

@@ -67,7 +67,7 @@ impl<S: Store> Dictionary for Objects<S> {
     }
 
     fn moves(&self, index: u16) -> bool {
-        let stays = is_capture(index) || settings::serves(index);
+        let stays = is_capture(index) || settings::serves(index) || index == 0x2021;
         matches!(index, 0x1016 | 0x1400..=0x17ff | 0x2000..) && !stays
     }
 
