@@ -1,7 +1,8 @@
 //! Checks whether a node would start with its settings, by role.
 
-use crate::boards::POWER_STAGE;
+use crate::boards::{LIMITS, POWER_STAGE};
 use crate::refusal::{Refusal, refuse};
+use tautrack::motor::board_limits;
 use tautrack::motor::current::CurrentLoop;
 use tautrack::robots::Body;
 use tautrack::roles::drive;
@@ -31,7 +32,8 @@ pub fn guard<B: Body>(settings: &Settings) -> Result<(), Refusal> {
 }
 
 /// Computes the current loop for the motor in the settings. Returns a [`Refusal`] if that cannot
-/// be done.
+/// be done, or if the board does not bear the settings.
 pub fn current_loop(settings: &Settings) -> Result<CurrentLoop, Refusal> {
+    board_limits::check(LIMITS, settings).map_err(|error| refuse(error.limit.name, error))?;
     drive::current_loop(settings, &POWER_STAGE).map_err(|error| refuse("current loop", error))
 }

@@ -3,8 +3,10 @@
 //! The node gets the settings once, at start. A change by a client takes effect after a save and a
 //! restart.
 
+use crate::boards::LIMITS;
 use crate::refusal::{self, Refusal};
 use embedded_storage::nor_flash::NorFlash;
+use tautrack::motor::board_limits;
 use tautrack::roles::settings::{Found, SaveError, UNREADABLE};
 use tautrack::settings::{Setting, SettingError, Settings, UNKNOWN_MOTOR};
 use tautrack::store::{Report, SCHEMA, State, Store, StoreError};
@@ -16,6 +18,7 @@ pub type Check = fn(&Settings) -> Result<(), Refusal>;
 #[inline(never)] // its stack is free again when the node starts
 pub fn load(flash: &mut impl NorFlash) -> (Settings, Found) {
     let mut settings = Settings::default();
+    board_limits::set_defaults(LIMITS, &mut settings);
     let report = Store::open(flash).and_then(|mut store| {
         store.load(&SCHEMA, &mut |key, value| {
             // Cannot fail: the store has checked the bounds.

@@ -105,7 +105,7 @@ fn doc(text: &str) -> String {
 /// Whether the node computes the values of an object: those of communication, and what concerns the
 /// settings.
 fn is_served(index: u16) -> bool {
-    matches!(index, 0x1003..=0x1005 | 0x1010..=0x1017 | 0x1029 | 0x1400..0x1c00 | 0x2020)
+    matches!(index, 0x1003..=0x1005 | 0x1010..=0x1017 | 0x1029 | 0x1400..0x1c00 | 0x2020..=0x2021)
 }
 
 /// Whether a value never changes. The program writes the serial number at start.

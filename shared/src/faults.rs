@@ -60,6 +60,21 @@ macro_rules! faults {
 
 // Strongest reaction first: `Faults` relies on this order.
 faults! {
+    SafeTorqueOff = 0xff20, "safe torque off", Off,
+        "The input \"safe torque off\" is open, and the drive has power or is to get it. The input opens the bridge without software.",
+        1 "the opening of the input",
+        "fault reset, once the input is closed",
+        "Close the emergency stop. If it is closed, measure its line.";
+    ShortCircuit = 0x2340, "short circuit", Off,
+        "A comparator of the bridge has seen a current of 150 % of `current_limit` plus 8 A, and opened the bridge without software.",
+        1 "the current",
+        "fault reset",
+        "Switch the supply off. Measure the resistance between the phases and to ground. Check `resistance` and `inductance`.";
+    ProcessorEvent = 0x5220, "event of the processor", Off,
+        "The processor has opened the bridge without software: its supply of 3.3 V is low, its flash memory has an error of two bits, or its core has locked up. Or, after the reset that follows: its crystal has failed, or its program has panicked.",
+        1 "the event",
+        "fault reset",
+        "Read the log: it names the event. Check the board's 3.3 V under load, and flash the board again.";
     OverCurrent = 0x2310, "over-current", Off,
         "The measured current stayed above 125 % of `current_limit` for 5 ms, or a phase current exceeded 150 % of it in two PWM periods of one millisecond. In the second case the PWM interrupt opens the bridge at once.",
         1 "the first current at the end of the converter",
@@ -101,7 +116,7 @@ faults! {
         "fault reset; the next arming aligns the rotor again",
         "Free the shaft. Check the order of the encoder's channels and of the motor's leads, `phase_order`, `pole_pairs`, `encoder_counts` and `resistance`. Raise `alignment_current`, or `alignment_travel`.";
     InvalidReading = 0x7300, "invalid sensor reading", Brake,
-        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading. Or, at arming, a current reading had been above 2 % of `current_limit` plus 0.1 % of the full scale for 20 ms while the bridge was open, and the back-EMF was less than half of the supply voltage.",
+        "For 3 ms a current or voltage reading was not finite, or the PWM interrupt took no current sample, or a temperature sensor that the settings require gave no reading, or the measured currents of all half bridges did not add up to 0 within 20 % of `current_limit` and 2 % of the full scale. Or, at arming, a current reading had been above 2 % of `current_limit` plus 0.1 % of the full scale for 20 ms while the bridge was open, and the back-EMF was less than half of the supply voltage.",
         3 "the first such reading",
         "fault reset",
         "Check the analogue inputs and their wiring. If the zero of a current converter has drifted, calibrate the drive.";
@@ -234,18 +249,18 @@ impl Fault {
 /// It holds one bit for each fault, in the order of [`TABLE`]. So the lowest bit in the set is a
 /// fault with the strongest reaction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Faults(u32);
+pub struct Faults(u64);
 
 impl Faults {
     /// The empty set.
     pub const NONE: Self = Self(0);
 
-    const OFF: u32 = with_reaction(Reaction::Off);
-    const BRAKE: u32 = with_reaction(Reaction::Brake);
+    const OFF: u64 = with_reaction(Reaction::Off);
+    const BRAKE: u64 = with_reaction(Reaction::Brake);
 
     /// The set that contains only `fault`.
     pub const fn of(fault: Fault) -> Self {
-        Self(1 << fault as u32)
+        Self(1 << fault as u64)
     }
 
     /// Returns true if the set contains no fault.
@@ -262,7 +277,7 @@ impl Faults {
     /// Adds `fault` to the set if `present` is true.
     #[inline]
     pub fn insert_if(&mut self, fault: Fault, present: bool) {
-        self.0 |= u32::from(present) << fault as u32;
+        self.0 |= u64::from(present) << fault as u64;
     }
 
     /// Faults that are in at least one of the two sets.
@@ -308,7 +323,7 @@ impl Faults {
 }
 
 /// Returns the bits of all faults with this reaction.
-const fn with_reaction(reaction: Reaction) -> u32 {
+const fn with_reaction(reaction: Reaction) -> u64 {
     let (mut bits, mut row) = (0, 0);
     while row < TABLE.len() {
         if TABLE[row].reaction as u32 == reaction as u32 {
@@ -345,11 +360,11 @@ mod tests {
     #[test]
     fn the_reaction_of_a_set_is_the_strongest_of_its_faults() {
         // Every set of up to three faults, and sets of many.
-        let single = || (0..TABLE.len()).map(|row| 1_u32 << row);
+        let single = || (0..TABLE.len()).map(|row| 1_u64 << row);
         let pairs = single().flat_map(|one| single().map(move |other| one | other));
         let few = pairs.flat_map(|pair| single().map(move |one| pair | one));
-        let many =
-            (0..1 << 16).map(|seed: u32| seed.wrapping_mul(0x9e37_79b9) % (1 << TABLE.len()));
+        let many = (0..1 << 16)
+            .map(|seed: u64| seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) % (1 << TABLE.len()));
         for bits in few.chain(many) {
             let faults = Faults(bits);
             let members = ALL.iter().filter(|fault| faults.contains(**fault));
@@ -362,8 +377,9 @@ mod tests {
 
     #[test]
     fn sets_are_united_intersected_and_subtracted_fault_by_fault() {
-        let sets =
-            |random: u32| Faults(random.wrapping_mul(0x9e37_79b9) >> 3 & ((1 << TABLE.len()) - 1));
+        let sets = |random: u64| {
+            Faults(random.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 3 & ((1 << TABLE.len()) - 1))
+        };
         for seed in 1..200 {
             let (first, second) = (sets(seed), sets(seed + 777));
             for fault in ALL {

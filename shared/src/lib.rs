@@ -18,6 +18,7 @@ pub mod bus;
 pub mod can;
 pub mod constants;
 pub mod estimate;
+pub mod fault_log;
 pub mod faults;
 #[cfg(feature = "lockstep")]
 pub mod link;

@@ -163,9 +163,9 @@ settings! {
     /// compensates it.
     DeadTime = 0x00c5, "dead_time", "ns", 0..=2_000, 600;
     /// Code of the current converter at which no current flows out of half bridge a.
-    CurrentZeroA = 0x00c6, "current_zero_a", "2^-16", 30_768..=34_768, 32_768;
+    CurrentZeroA = 0x00c6, "current_zero_a", "2^-16", 16_384..=49_152, 32_768;
     /// Code of the current converter at which no current flows out of half bridge b.
-    CurrentZeroB = 0x00c7, "current_zero_b", "2^-16", 30_768..=34_768, 32_768;
+    CurrentZeroB = 0x00c7, "current_zero_b", "2^-16", 16_384..=49_152, 32_768;
     /// Correction of the current in half bridge a minus that in half bridge b, as a fraction of the
     /// current. It makes both converters measure alike.
     CurrentBalance = 0x00c8, "current_balance", "1e-4", -1_000..=1_000, 0;

@@ -35,6 +35,17 @@ fn main() -> ! {
             cortex_m::asm::bootload(start.cast());
         }
     }
+    flash_the_led()
+}
+
+/// Handles an error in the flash memory, which the check of the application reads.
+#[cortex_m_rt::exception]
+unsafe fn NonMaskableInt() -> ! {
+    flash_the_led()
+}
+
+/// Flashes the LED quickly for ever.
+fn flash_the_led() -> ! {
     pac::RCC.ahb2enr().modify(|w| w.set_gpiocen(true));
     pac::GPIOC
         .moder()

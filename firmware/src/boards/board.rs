@@ -6,7 +6,9 @@ use crate::sensors::{Published, Rates};
 use embassy_executor::{SpawnError, Spawner};
 use embedded_storage::nor_flash::NorFlash;
 use tautrack::bus::node::Condition;
-use tautrack::motor::bridge::Ratings;
+use tautrack::fault_log::FaultLog;
+use tautrack::motor::board_limits::Limit;
+use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::sensors::{Switches, Temperatures};
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
@@ -31,6 +33,9 @@ pub trait Board {
     /// [`crate::current_loop::pwm_period`].
     const POWER_STAGE: Ratings;
 
+    /// Bounds and defaults of the settings that depend on what the board is built of.
+    const LIMITS: &'static [Limit] = &[];
+
     /// Flash for the settings: whole pages, at least two, that nothing else uses.
     type Storage: NorFlash;
 
@@ -43,6 +48,18 @@ pub trait Board {
     /// Whether the rotor sensor is broken. A board that cannot know keeps this method.
     fn encoder_broken() -> bool {
         false
+    }
+    /// Returns the faults that the board has kept over the last reset. A board without such memory
+    /// keeps this method, and the next one.
+    fn kept_faults() -> FaultLog {
+        FaultLog::default()
+    }
+    /// Keeps the faults over the next reset.
+    fn keep_faults(_log: &FaultLog) {}
+    /// What has opened the bridge without software since the drive was disabled last, or led to the
+    /// last reset. A board that cannot know keeps this method.
+    fn bridge_stop() -> Option<BridgeStop> {
+        None
     }
     /// Count of the rotor sensor ([`Readings::rotor`](tautrack::motor::bridge::Readings::rotor)) at
     /// the newest pulse of the encoder's index since the last call. A board without such an input

@@ -51,10 +51,18 @@ compile_error!("choose one board");
 #[cfg(any(test, target_os = "none"))]
 pub use operator_switches::OperatorSwitches;
 
+use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::Ratings;
 
 #[cfg(target_os = "none")]
 pub use board::Board;
+
+/// Bounds and defaults of the board's settings.
+#[cfg(target_os = "none")]
+pub const LIMITS: &[Limit] = <Selected as Board>::LIMITS;
+/// Bounds and defaults of the board's settings.
+#[cfg(not(target_os = "none"))]
+pub const LIMITS: &[Limit] = &[];
 
 /// Power stage of the board.
 #[cfg(target_os = "none")]

@@ -53,6 +53,7 @@ impl Shaft {
             now_us: u64::from(tick) * 1_000,
             encoder: (self.angle * (4_096.0 * 60.0 / TAU)) as i32,
             encoder_broken: false,
+            bridge_stop: None,
             current: self.current + random.within(0.1),
             // Some samples are out of range, but never long enough for the dwell time of a fault.
             supply_voltage: if tick.is_multiple_of(37) {

@@ -10,6 +10,7 @@ use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::Condition;
 use tautrack::can::Frame;
+use tautrack::fault_log::FaultLog;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
@@ -29,6 +30,7 @@ impl Motor for BoardMotor {
         Readings {
             encoder: Selected::encoder(),
             encoder_broken: Selected::encoder_broken(),
+            bridge_stop: Selected::bridge_stop(),
             means,
             supply_voltage: Selected::supply_voltage(),
             temperatures: Selected::temperatures(),
@@ -123,6 +125,10 @@ impl<C: Control + Send> Node for Drive<C> {
 
     fn state(&self) -> NmtState {
         Self::state(self)
+    }
+
+    fn errors(&mut self) -> &mut FaultLog {
+        Self::errors(self)
     }
 }
 

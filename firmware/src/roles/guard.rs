@@ -12,6 +12,7 @@ use static_cell::StaticCell;
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::Condition;
 use tautrack::can::Frame;
+use tautrack::fault_log::FaultLog;
 use tautrack::node::guard::Guard;
 use tautrack::robots::Body;
 use tautrack::roles::guard::{self, Readings};
@@ -86,6 +87,10 @@ where
 
     fn state(&self) -> NmtState {
         guard::Node::state(self)
+    }
+
+    fn errors(&mut self) -> &mut FaultLog {
+        guard::Node::errors(self)
     }
 }
 

@@ -19,6 +19,7 @@ use embassy_time::{Duration, Instant, Ticker};
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::{Condition, Table};
 use tautrack::can::Frame;
+use tautrack::fault_log::FaultLog;
 use tautrack::constants::CONTROL_HZ;
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
@@ -57,6 +58,8 @@ pub trait Node: Send {
     fn tick(&mut self, now_us: u64) -> bool;
     /// Returns the state of the network management.
     fn state(&self) -> NmtState;
+    /// Returns the history of faults.
+    fn errors(&mut self) -> &mut FaultLog;
 }
 
 static OPERATIONAL: AtomicBool = AtomicBool::new(false);
@@ -101,6 +104,7 @@ async fn keep_time() -> ! {
 /// Runs the node: frames first, because a tick uses what they bring.
 #[embassy_executor::task]
 async fn run(node: &'static mut dyn Node) -> ! {
+    *node.errors() = Selected::kept_faults();
     node.boot(Instant::now().as_micros());
     loop {
         match select(RECEIVED.next(), TICK.wait()).await {
@@ -112,6 +116,9 @@ async fn run(node: &'static mut dyn Node) -> ! {
                 }
                 watchdog::ran(Party::Control);
             }
+        }
+        if node.errors().take_changed() {
+            Selected::keep_faults(node.errors());
         }
         let operational = node.state() == NmtState::Operational;
         OPERATIONAL.store(operational, Ordering::Relaxed);

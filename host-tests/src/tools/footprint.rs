@@ -31,6 +31,9 @@ use tautrack::settings::{FIRST_OBJECT, Setting};
 const FLASH: u32 = 0x0800_0000;
 /// RAM of the largest chip. No chip has anything else there.
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
+/// Bytes of the guard at the end of the stack, as the firmware's `boards::stm32g4::stack_guard` has
+/// them.
+const STACK_GUARD: u32 = 512;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
@@ -65,7 +68,7 @@ pub struct Footprint {
     pub nested_stack: u32,
     /// Limit of static variables and [`stack`](Self::stack).
     pub ram_limit: u32,
-    /// RAM of the chip, which is the limit of static variables and
+    /// RAM of the chip without the guard at the end of the stack: the limit of static variables and
     /// [`nested_stack`](Self::nested_stack).
     pub ram: u32,
 }
@@ -203,7 +206,7 @@ fn guard(robot: Kind, program: &Program) -> Result<Footprint, String> {
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
         ram_limit,
-        ram: image.stack_start - RAM.start as u32,
+        ram: image.guarded_ram(),
     })
 }
 
@@ -224,7 +227,7 @@ fn application(name: &'static str, program: &Program, role: Role) -> Result<Foot
         stack: chip.deepest_stack(RAM.start as u32 + image.static_ram),
         nested_stack,
         ram_limit,
-        ram: image.stack_start - RAM.start as u32,
+        ram: image.guarded_ram(),
     })
 }
 
@@ -291,6 +294,12 @@ impl Image {
             static_ram: static_end.map_or(0, |end| (end - RAM.start) as u32),
             segments,
         })
+    }
+
+    /// RAM without the guard at the end of the stack, which is aligned to its size.
+    fn guarded_ram(&self) -> u32 {
+        let ram = self.stack_start - RAM.start as u32;
+        ram - STACK_GUARD - (self.static_ram.next_multiple_of(STACK_GUARD) - self.static_ram)
     }
 
     /// A chip that has this image, and starts it.

@@ -1,9 +1,12 @@
 //! What opens the bridge without software, and what does not depend on the crystal.
 
 use crate::checks::field;
-use crate::chip::{BDTR, CORE_HZ, Chip, Event, MOE, TIM1, Write};
-use crate::executed::{arm, armed_axle, running_axle, write};
+use crate::chip::{BDTR, CORE_HZ, Chip, Event, GPIO, MOE, TIM1, Write};
+use crate::executed::{arm, armed_axle, panic_instruction, read, running_axle, write};
 use crate::gates;
+use crate::images::programs;
+use std::fs;
+use tautrack_host_tests::programs::flash;
 
 /// Registers of the comparators 1, 2 and 4, and the number of TIM1's output 5 at each (RM0440,
 /// table 195).
@@ -131,6 +134,8 @@ pub fn a_break_just_before_the_bridge_is_enabled_opens_it_for_good() {
     }
 }
 
+/// Largest compare value: the low side conducts for 0.5 us, 85 clocks, behind a dead time of 102.
+const HIGHEST: u32 = 4_250 - 94;
 /// Core clocks of a PWM period.
 const PERIOD: u64 = CORE_HZ / 20_000;
 /// The newest code of the current of phase a.
@@ -174,4 +179,96 @@ pub fn a_bridge_that_is_armed_again_begins_without_voltage() {
         let acts = writes.iter().rfind(before).expect("a compare value");
         assert_eq!(acts.value, 2_125, "{compare:#x}");
     }
+}
+
+#[test]
+pub fn each_low_side_conducts_long_enough_for_a_sample_and_the_driver_of_its_high_side() {
+    for codes in [[40, 0], [0, 40], [-40, 40], [60, 60]] {
+        let mut chip = armed_axle();
+        let from = chip.clock();
+        // Currents that no voltage ends: the current loop gives all the voltage that it has.
+        chip.pins(|pins| {
+            pins.phase_a = pins.phase_a.wrapping_add_signed(codes[0]);
+            pins.phase_b = pins.phase_b.wrapping_add_signed(codes[1]);
+        });
+        chip.run(6_000);
+        let writes = chip.writes();
+        let compares = writes
+            .iter()
+            .filter(|write| write.clock > from && COMPARES.contains(&write.address));
+        let largest = compares
+            .map(|write| write.value)
+            .max()
+            .expect("compare values");
+        assert!((3_700..=HIGHEST).contains(&largest), "{codes:?}: {largest}");
+    }
+}
+
+/// What happens to a chip.
+type Cause = fn(&mut Chip);
+
+/// Fault of the drive (object 0x603f), and whether the log has it.
+fn fault(chip: &mut Chip) -> (u32, bool) {
+    let code = read(chip, 0x603f);
+    let line = format!("fault {code:#06x}");
+    (code, gates::log(chip).contains(&line))
+}
+
+#[test]
+pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current() {
+    let causes: [(u32, Cause); 3] = [
+        (0xff20, |chip| {
+            chip.pins(|pins| pins.safe_torque_off = false)
+        }),
+        (0x2340, |chip| chip.pins(|pins| pins.over_current[2] = true)),
+        (0x5220, |chip| chip.pins(|pins| pins.chip_supply = 2.8)),
+    ];
+    for (code, cause) in causes {
+        let mut chip = armed_axle();
+        cause(&mut chip);
+        chip.run(2_000);
+        assert_eq!(fault(&mut chip), (code, true));
+    }
+}
+
+#[test]
+pub fn a_drive_that_was_reset_after_a_failure_says_so() {
+    let failures: [Cause; 3] = [
+        |chip| chip.event(Event::FlashError),
+        |chip| chip.jump(panic_instruction()),
+        |chip| {
+            chip.fail_crystal();
+            chip.run(10_000);
+            chip.mend_crystal();
+        },
+    ];
+    for fail in failures {
+        let mut chip = armed_axle();
+        fail(&mut chip);
+        while chip.resets() == 0 {
+            chip.run(1_000);
+        }
+        chip.run(45_000);
+        assert_eq!(fault(&mut chip), (0x5220, true));
+        // A reset of the fault ends it.
+        write(&mut chip, 0x6040, 0, &[0, 0]);
+        write(&mut chip, 0x6040, 0, &[0x80, 0]);
+        chip.run(5_000);
+        assert_eq!(read(&mut chip, 0x603f), 0);
+    }
+}
+
+#[test]
+fn the_loader_flashes_its_led_when_the_flash_memory_has_an_error() {
+    let loader = fs::read(&programs().loader.path).expect("the loader");
+    let segments = flash::segments(&loader).expect("an image");
+    let mut chip = Chip::new(&segments, 0x0800_0000);
+    chip.run(100);
+    chip.event(Event::FlashError);
+    chip.run(200_000);
+    // Output data of port C, PC6.
+    let writes = chip.writes();
+    let led = writes.iter().filter(|write| write.address == GPIO + 0x814);
+    let levels: Vec<_> = led.map(|write| write.value >> 6 & 1).collect();
+    assert!(levels.contains(&0) && levels.contains(&1), "{levels:?}");
 }

@@ -52,6 +52,8 @@ pub fn clocks(chip: &Chip, divider: u32) {
     assert_eq!(field(pll, 24, 1), 1, "output R");
     assert_eq!(field(chip.register(RCC + 0x08), 2, 2), 3, "system clock");
     assert_eq!(field(chip.register(FLASH_CONTROL), 0, 4), 4, "wait states");
+    assert_eq!(field(chip.register(FLASH_CONTROL), 8, 1), 1, "prefetch");
+    assert_eq!(field(chip.register(FLASH_CONTROL), 9, 2), 3, "caches");
     assert_eq!(field(chip.register(PWR + 0x80), 8, 1), 0, "R1MODE");
     // Boost and wait states come before the switch to the fast clock.
     let writes = chip.writes();

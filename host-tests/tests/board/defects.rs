@@ -2,14 +2,14 @@
 //! of them.
 
 use crate::chip::{
-    BDTR, CONTROL, Defect, FDCAN, GPIO, IWDG, MOE, PWR, RCC, SYSCFG_CFGR2, TIM1, TIMINGR,
+    BDTR, CONTROL, Defect, FDCAN, FLASH_CONTROL, GPIO, IWDG, MOE, PWR, RCC, SYSCFG_CFGR2, TIM1, TIMINGR,
 };
 use crate::stamp;
 use crate::{breaks, bus_errors, executed as test, gates, guard, masked, sensors};
 use std::panic::catch_unwind;
 
 /// What is wrong, the defect, and the test that finds it.
-const DEFECTS: [(&str, Defect, fn()); 32] = [
+const DEFECTS: [(&str, Defect, fn()); 35] = [
     (
         "no boost",
         register(PWR + 0x80, 1 << 8, 1 << 8),
@@ -19,6 +19,21 @@ const DEFECTS: [(&str, Defect, fn()); 32] = [
         "160 MHz",
         register(RCC + 0x0c, 0x7f << 8, 80 << 8),
         test::the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states,
+    ),
+    (
+        "no prefetch",
+        register(FLASH_CONTROL, 1 << 8, 0),
+        test::the_current_interrupt_takes_at_most_a_quarter_of_its_period_with_all_wait_states,
+    ),
+    (
+        "no caches of the flash memory",
+        register(FLASH_CONTROL, 3 << 9, 0),
+        test::the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states,
+    ),
+    (
+        "the guard at the end of the stack is off",
+        register(0xe000_ed94, 1, 0),
+        gates::a_stack_that_overflows_opens_the_bridge_and_overwrites_nothing,
     ),
     (
         "no dead time",

@@ -56,6 +56,52 @@ fn without_a_probe_one_line_says_what_to_connect() {
 }
 
 #[test]
+#[cfg(unix)]
+fn option_bytes_that_let_the_pin_decide_are_named_and_set() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder("option-bytes");
+    let [program, options, calls] = ["probe-rs", "options", "calls"].map(|name| folder.join(name));
+    // A probe whose chip has one register. It ends when the program is to be written.
+    let script = format!(
+        "#!/bin/sh\necho \"$@\" >> {calls}\ncase \"$1 $5\" in\n'list '*) echo '[0]: STLink';;\n\
+         'read 0x40022020') read word < {options}; echo $word;;\n\
+         'write 0x40022020') echo $6 > {options};;\n'write '*) ;;\n*) exit 1;;\nesac\n",
+        calls = calls.display(),
+        options = options.display(),
+    );
+    fs::write(&program, script).expect("a program");
+    fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("executable");
+    let usual = std::env::var("PATH").expect("a path");
+    let path = format!("{}:{usual}", folder.display());
+    let run = |word: &str, more: &[&str]| {
+        fs::write(&options, word).expect("a file");
+        fs::write(&calls, "").expect("a file");
+        let (_, text) = flash_node(&[&["axle"], more].concat(), Some(Path::new(&path)));
+        let set = fs::read_to_string(&options).expect("a file");
+        let calls = fs::read_to_string(&calls).expect("a file");
+        (text, set.trim().to_owned(), calls)
+    };
+    // The pin decides, as after an erase of the option bytes.
+    let (text, set, _) = run("ffeff8aa", &[]);
+    assert!(text.contains("add --set-option-bytes"), "{text}");
+    assert_eq!(set, "ffeff8aa");
+    let (_, set, calls) = run("ffeff8aa", &["--set-option-bytes"]);
+    assert_eq!(set, "0xfbeff8aa");
+    // The keys in the order of RM0440, then the start of programming.
+    let order = ["0x45670123", "0xcdef89ab", "0x08192a3b", "0x4c5d6e7f", "0x00020000"];
+    let places = order.map(|word| calls.find(word).expect("a key"));
+    assert!(places.is_sorted(), "{calls}");
+    // As the factory sets them.
+    let (text, _, calls) = run("fbeff8aa", &["--set-option-bytes"]);
+    assert!(!text.contains("option bytes"), "{text}");
+    assert!(!calls.contains("write"), "{calls}");
+    // A protected chip would be erased.
+    let (text, set, _) = run("ffeff8bb", &["--set-option-bytes"]);
+    assert!(text.contains("protected"), "{text}");
+    assert_eq!(set, "ffeff8bb");
+}
+
+#[test]
 fn a_dry_run_prints_sections_settings_and_commands() {
     let (done, text) = flash_node(
         &["axle", "--robot", "b2p2", "--node-id", "3", "--dry-run"],
@@ -125,4 +171,32 @@ fn a_dump_gives_the_settings_of_the_named_node_alone() {
         assert!(!done);
         assert_eq!(text, format!("cargo flash-node: {path}: {why}\n"));
     }
+}
+
+#[test]
+fn settings_that_the_board_does_not_bear_are_refused_by_name() {
+    let file = folder("beyond").join("motor.toml");
+    let refused = |line: &str, why: &str| {
+        fs::write(&file, format!("{line}\n")).expect("a file");
+        let path = file.to_str().expect("a text");
+        let (done, text) = flash_node(&["axle", "--settings", path, "--dry-run"], None);
+        assert!(!done, "{line}");
+        assert_eq!(text, format!("cargo flash-node: {why}\n"));
+    };
+    refused(
+        "over_voltage = 32000",
+        "over_voltage = 32000, this board allows 12000 to 26000",
+    );
+    refused(
+        "dead_time = 0",
+        "dead_time = 0, this board allows 300 to 600",
+    );
+    refused(
+        "bridge_temperature = 0",
+        "bridge_temperature = 0, this board allows 400 to 1000",
+    );
+    refused(
+        "brake_release_time = 40",
+        "brake_release_time = 40, this board allows 0 to 0",
+    );
 }

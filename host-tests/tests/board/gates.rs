@@ -1,7 +1,8 @@
 //! The gates are off after every kind of failure, and the node reports the cause of its reset.
 
+use crate::checks;
 use crate::chip::Chip;
-use crate::executed::{armed_axle, panic_instruction, write};
+use crate::executed::{NODE, armed_axle, panic_instruction, read, write};
 use crate::images::programs;
 use defmt_decoder::Table;
 use object::read::elf::ElfFile32;
@@ -89,6 +90,58 @@ fn the_log_names_the_address_of_a_panic_and_tells_it_from_a_hard_fault() {
 pub fn after_a_hard_fault_the_gates_stay_off_and_the_watchdog_is_named() {
     let fail = |chip: &mut Chip| chip.jump(0xf000_0000);
     resets_and_stays_open("hard fault", fail, "reset by watchdog");
+}
+
+#[test]
+pub fn a_stack_that_overflows_opens_the_bridge_and_overwrites_nothing() {
+    let elf = fs::read(&programs().axle.path).expect("a program");
+    let file = ElfFile32::<Endianness>::parse(&*elf).expect("an ELF file");
+    let end = file.symbols().find(|it| it.name() == Ok("__euninit"));
+    let end = end.expect("an end of the static variables").address() as u32;
+    let mut chip = armed_axle();
+    let before = chip.memory(end, 1_024);
+    chip.overflow_stack(end + 1_040);
+    chip.run(20);
+    assert!(!chip.is_live(), "the bridge is live");
+    assert_eq!(chip.resets(), 0);
+    assert_eq!(chip.memory(end, 512), before[..512], "the stack went on");
+    let line = log(&chip).pop();
+    assert_eq!(line.as_deref(), Some("the stack has overflowed"));
+    chip.run(110_000);
+    assert!(chip.resets() > 0 && !chip.is_live());
+    assert_eq!(read(&mut chip, 0x603f), 0x5220);
+}
+
+#[test]
+fn the_last_faults_survive_a_reset_with_what_was_measured() {
+    let entry = |chip: &mut Chip, sub| checks::read(chip, NODE, 0x1003, sub);
+    let shown = |chip: &mut Chip, sub| checks::read(chip, NODE, 0x2021, sub);
+    let mut chip = armed_axle();
+    // 32.2 V, behind the divider of 169 and 18 kiloohm.
+    chip.pins(|pins| pins.supply = 3_847);
+    chip.run(3_000);
+    // Above the code is the cause of the reset: power-up.
+    let over_voltage = 1 << 16 | 0x3210;
+    assert_eq!(entry(&mut chip, 0), 1);
+    assert_eq!(entry(&mut chip, 1), over_voltage);
+    chip.pins(|pins| pins.supply = 2_866);
+    chip.brown_out();
+    chip.run(45_000);
+    assert_eq!(entry(&mut chip, 1), over_voltage);
+    chip.jump(panic_instruction());
+    chip.run(110_000);
+    assert_eq!(entry(&mut chip, 0) & 0xff, 2);
+    // The watchdog, after the program had failed.
+    assert_eq!(entry(&mut chip, 1), 5 << 16 | 0x5220);
+    assert_eq!(entry(&mut chip, 2), over_voltage);
+    checks::write(&mut chip, NODE, 0x2021, 1, &[2]);
+    assert_eq!(shown(&mut chip, 2) & 0xffff, 0x3210);
+    let millivolts = shown(&mut chip, 5) & 0xffff;
+    assert!((31_900..32_500).contains(&millivolts), "{millivolts} mV");
+    checks::write(&mut chip, NODE, 0x1003, 0, &[0]);
+    chip.brown_out();
+    chip.run(45_000);
+    assert_eq!(entry(&mut chip, 0) & 0xff, 0);
 }
 
 #[test]

@@ -11,6 +11,7 @@
 //! * `sensors`: how the guard reads its sensor chips, and what it does when they fail
 //! * `checks`: what the images of all boards do
 //! * `settings`: what the settings pages hold after resets and power cuts
+//! * `analogue`: zero, scale and thresholds of the current measurement
 //! * `breaks`: what opens the bridge without software
 //! * `bus_errors`: what they do when the bus fails
 //! * `gates`: the gates are off after every failure
@@ -22,6 +23,7 @@
 //! * `flash_node`: what `cargo flash-node` prints and refuses
 //! * `processor`: interrupts within conditional blocks
 
+mod analogue;
 mod breaks;
 mod bus_errors;
 mod checks;

@@ -5,10 +5,11 @@ use crate::chip::{Chip, Cut, Tear};
 use crate::executed::{
     NODE, application, arm, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
 };
+use crate::gates::log;
 use crate::images::programs;
 use crate::stamp;
 use tautrack::settings::{FIRST_OBJECT, Setting};
-use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH};
+use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
 use tautrack_host_tests::robots::Role;
 
 pub const SAVE: u16 = 0x1010;
@@ -274,4 +275,33 @@ fn no_flash_operation_begins_while_the_bridge_is_live() {
         arm(&mut chip);
     }
     assert!(saved > 10, "{saved}");
+}
+
+#[test]
+fn a_node_has_the_defaults_of_its_board_and_refuses_what_the_board_does_not_bear() {
+    let mut chip = axle();
+    chip.run(WAIT_US);
+    for (setting, default) in [
+        (Setting::OverVoltage, 25_000),
+        (Setting::RegenerationVoltage, 23_000),
+        (Setting::BridgeTemperature, 800),
+    ] {
+        assert_eq!(read(&mut chip, object(setting)), default, "{setting:?}");
+    }
+    for (setting, value) in [
+        (Setting::OverVoltage, 32_000),
+        (Setting::DeadTime, 0),
+        (Setting::BridgeTemperature, 0),
+        (Setting::BrakeReleaseTime, 40),
+        (Setting::MotorTemperature, 900),
+    ] {
+        let mut pages = Pages::erased();
+        pages
+            .save(&[(Setting::NodeId, NODE.into()), (setting, value)])
+            .expect("settings");
+        let mut chip = with_pages(&programs().axle, &pages.0);
+        chip.run(WAIT_US);
+        let refused = format!("refused: {}", setting.description().name);
+        assert!(log(&chip).contains(&refused), "{:?}", log(&chip));
+    }
 }

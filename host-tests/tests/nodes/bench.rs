@@ -115,6 +115,7 @@ impl Bench {
             now_us: self.now_us,
             encoder: self.encoder_sign * counts,
             encoder_broken: false,
+            bridge_stop: None,
             current: self.current_reading.unwrap_or(current as f32),
             electrical: Electrical::default(),
             supply_voltage: 24.0,

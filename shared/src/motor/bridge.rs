@@ -14,20 +14,29 @@ pub struct Ratings {
     pub pwm_hz: u32,
     /// Compare value of a half bridge whose high side is always on; 64 to 2^15.
     pub period: u16,
+    /// Largest compare value, after the compensation of the dead time, with which the low side of a
+    /// half bridge charges the supply of the high side's driver; at most `period`.
+    pub highest: u16,
+    /// Largest compare value with which the low side conducts long enough to sample its current. In
+    /// each vector that the bridge gives, two half bridges are below 91.4 % of `period` and half a
+    /// dead time.
+    pub sampled: u16,
     /// Current that the code 0 or 2^16 - 1 means, A.
     pub full_scale: f32,
 }
 
-/// Part of the period for which a half bridge may be on at most. In the rest, its low side conducts
-/// long enough to sample the current and to charge the supply of the high side's driver.
+/// Part of the supply voltage that the bridge gives at most, between two terminals, before the
+/// compensation of the dead time.
 pub const MAX_DUTY: f32 = 0.95;
 
 /// Readings of one PWM period.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Readings {
-    /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. About 2^15 is no
-    /// current; larger codes are currents into the motor.
+    /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. The zero is
+    /// [`CurrentSensing::zero`]; larger codes are currents into the motor.
     pub currents: [u16; 2],
+    /// The same of half bridge c, on a board that measures it. The sum of the three is checked then.
+    pub third: Option<u16>,
     /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn
     /// to turn, wrapping at 2^32. A brushed motor needs none.
     pub rotor: u32,
@@ -41,6 +50,7 @@ impl Default for Readings {
     fn default() -> Self {
         Self {
             currents: [1 << 15; 2],
+            third: None,
             rotor: 0,
             over_voltage: false,
         }
@@ -63,7 +73,7 @@ pub enum PowerStage {
 /// Offset and gain of the current measurement.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CurrentSensing {
-    /// Codes at which no current flows.
+    /// Codes at which no current flows. Domain: 2^14 to 3 times 2^14.
     pub zero: [i32; 2],
     /// True current divided by the current that the code means; 2^30 is one. Domain: 2^29 to
     /// 15/8 of 2^30.
@@ -80,11 +90,21 @@ impl Default for CurrentSensing {
 }
 
 impl CurrentSensing {
+    /// Largest size of a current that both converters show in both directions; 2^30 is full scale.
+    pub fn range(&self) -> i32 {
+        let range = |phase: usize| {
+            let zero = self.zero[phase];
+            let codes = Ord::min(zero, 65_535 - zero).clamp(0, 1 << 15);
+            mul_high(codes << 15, self.gain[phase]) << 2
+        };
+        Ord::min(range(0), range(1))
+    }
+
     /// Converts codes to currents; 2^30 is the full scale of the board.
     #[inline]
     pub fn currents(&self, codes: [u16; 2]) -> [i32; 2] {
         let current = |phase: usize| {
-            // At most 2^16 codes from zero, so the shift does not overflow.
+            // Beyond full scale on the longer side of the range, the current counts as full scale.
             let difference = i32::from(codes[phase]) - self.zero[phase];
             mul_high(
                 difference.clamp(-(1 << 15), 1 << 15) << 15,
@@ -93,4 +113,17 @@ impl CurrentSensing {
         };
         [current(0), current(1)]
     }
+}
+
+/// What has opened the bridge without software, since the drive was disabled last.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum BridgeStop {
+    /// The input "safe torque off" is open.
+    SafeTorqueOff,
+    /// A comparator has seen a very large current.
+    Comparator,
+    /// An event of the processor.
+    Processor,
+    /// The last reset followed a failure of the crystal or the program. It comes once.
+    Crash,
 }

@@ -5,6 +5,10 @@
 //! high speed, neither the places of the sensors nor the rate of the readings count. A motor that
 //! stands, or has turned round, counts as in the middle of its sector, which is wrong by at most 30
 //! degrees.
+//!
+//! A code of a sector that is no neighbour does not count before it has stayed for three readings:
+//! one wrong code turns no rotor. If it stays, it counts as the shorter way. The sector on the
+//! opposite side has no shorter way: then the position is lost, and the sensors count as broken.
 
 #[cfg(feature = "lockstep")]
 use crate::units::Angle;
@@ -16,11 +20,15 @@ pub const SECTOR: i32 = 64;
 /// Number of the sector of each code. The codes 0 and 7 do not exist.
 const SECTORS: [i8; 8] = [NONE, 0, 2, 1, 4, 5, 3, NONE];
 const NONE: i8 = -1;
+/// Distance of two sectors on opposite sides.
+const OPPOSITE: i32 = 3;
 /// Score of a reading that no working sensors give, and the score at which they are broken: ten
 /// such readings in a row, or one reading of six for 80 readings. So switching lines and single
 /// disturbed readings do not count, and a line without signal counts at every speed.
 const WRONG: u8 = 20;
 const BROKEN: u8 = 200;
+/// Readings after which a code that is no neighbour counts.
+const STAYS: u8 = 3;
 /// Time in a sector that shows no speed any more: the rotor has stood.
 const LONGEST: u32 = 4_000;
 /// Time that is long enough to show the speed.
@@ -74,6 +82,8 @@ pub struct Halls {
     /// Times in the last sectors.
     spent: Spent,
     score: u8,
+    /// Readings since the last one in this sector or a neighbour, without codes that do not exist.
+    apart: u8,
 }
 
 impl Halls {
@@ -87,6 +97,7 @@ impl Halls {
             since: 0,
             spent: Spent::new(),
             score: 0,
+            apart: 0,
         }
     }
 
@@ -100,19 +111,23 @@ impl Halls {
         self.since = self.since.saturating_add(1);
         let sector = i32::from(SECTORS[(code & 7) as usize]);
         if sector < 0 {
-            self.score = self.score.saturating_add(WRONG);
+            self.add_wrong();
         } else {
             if !self.started {
                 (self.started, self.sector, self.base) = (true, sector, sector * SECTOR);
             }
             // -2 to 3 sectors.
             let moved = (sector - self.sector + 8) % 6 - 2;
-            self.sector = sector;
-            self.base = self.base.wrapping_add(moved * SECTOR);
             match moved {
-                0 => self.score = self.score.saturating_sub(1),
-                1 | -1 => self.edge(moved),
-                _ => self.doubt(),
+                0 => {
+                    self.score = self.score.saturating_sub(1);
+                    self.apart = 0;
+                }
+                1 | -1 => {
+                    self.enter(sector, moved);
+                    self.edge(moved);
+                }
+                _ => self.doubt(sector, moved),
             }
         }
         self.count() as u32
@@ -129,9 +144,33 @@ impl Halls {
     }
 
     /// Takes the code of a sector that is no neighbour.
-    fn doubt(&mut self) {
-        self.score = self.score.saturating_add(WRONG);
+    fn doubt(&mut self, sector: i32, moved: i32) {
+        self.add_wrong();
+        self.apart += 1;
+        if self.apart < STAYS {
+            return;
+        }
+        self.enter(sector, moved);
         (self.spent, self.direction) = (Spent::new(), 0);
+        if moved == OPPOSITE {
+            self.score = u8::MAX;
+        }
+    }
+
+    /// Enters a sector, by this many sectors from the one before.
+    fn enter(&mut self, sector: i32, moved: i32) {
+        self.sector = sector;
+        self.base = self.base.wrapping_add(moved * SECTOR);
+        self.apart = 0;
+    }
+
+    /// Counts a reading that no working sensors give. Sensors that are broken stay so for 55
+    /// readings, more than a control period.
+    fn add_wrong(&mut self) {
+        self.score = match self.score.saturating_add(WRONG) {
+            score @ ..BROKEN => score,
+            BROKEN.. => u8::MAX,
+        };
     }
 
     /// Returns the count of the newest reading.
@@ -158,7 +197,7 @@ impl Halls {
     }
 
     /// Returns whether a sensor or its line is broken: too many codes do not exist, or are no
-    /// neighbours of the last one. Before the first code that exists, the count says nothing, so
+    /// neighbours of the last one, or one has lost the position. Before the first code that exists, the count says nothing, so
     /// the sensors count as broken.
     pub fn are_broken(&self) -> bool {
         !self.started || self.score >= BROKEN
@@ -179,7 +218,9 @@ pub fn code(angle: Angle, displaced: [Angle; 3]) -> u32 {
 
 #[cfg(all(test, feature = "lockstep"))]
 mod tests {
+    extern crate std;
     use super::*;
+    use std::format;
 
     /// Code at a position in counts; count 0 is at 60 degrees.
     fn code_at(count: i32) -> u32 {
@@ -207,6 +248,47 @@ mod tests {
         assert!(halls.are_broken());
         halls.update(code_at(100));
         assert!(!halls.are_broken());
+    }
+
+    #[test]
+    fn wrong_codes_of_any_length_never_count_as_an_electrical_turn_without_being_found() {
+        for (sector, wrong, length) in
+            (0..6).flat_map(|s| (0..8).flat_map(move |w| (1..=12).map(move |n| (s, w, n))))
+        {
+            let mut halls = Halls::new();
+            let right = code_at(sector * SECTOR + SECTOR / 2);
+            let start = halls.update(right) as i32;
+            let readings = [wrong].repeat(length).into_iter().chain([right; 12]);
+            let mut found = false;
+            for code in readings {
+                halls.update(code);
+                found |= halls.are_broken();
+            }
+            let what = format!("{wrong} instead of {right} for {length} readings");
+            // Behind an edge, the middle of a sector is one count off.
+            let apart = halls.count() - start;
+            assert!(found || apart.abs() <= 1, "{what}: {apart}");
+            assert!(!found || length >= usize::from(STAYS), "{what}");
+            // One period of control has 20 readings.
+            assert!(!found || halls.are_broken(), "{what}");
+        }
+    }
+
+    #[test]
+    fn wrong_codes_between_the_right_ones_of_a_turning_rotor_change_no_position() {
+        for (wrong, every) in (0..8).flat_map(|wrong| [7, 13, 50].map(|every| (wrong, every))) {
+            let mut halls = Halls::new();
+            halls.update(code_at(SECTOR / 2));
+            for reading in 0..6_000 {
+                let right = code_at(SECTOR / 2 + reading);
+                halls.update(if reading % every == 3 { wrong } else { right });
+            }
+            for _ in 0..3 {
+                halls.update(code_at(SECTOR / 2 + 6_000));
+            }
+            let apart = halls.count() - (SECTOR / 2 + 6_000);
+            assert!(apart.abs() <= SECTOR, "{wrong} every {every}: {apart}");
+        }
     }
 
     #[test]

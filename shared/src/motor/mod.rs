@@ -27,6 +27,7 @@ pub mod alignment;
 pub mod angle_probe;
 pub mod angle_watch;
 pub mod back_emf;
+pub mod board_limits;
 pub mod bridge;
 pub mod calibration;
 pub mod capture;

@@ -16,7 +16,8 @@ use crate::bus::node::{Condition, Configuration, Core, Table, Values};
 use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
 use crate::constants::CONTROL_HZ;
-use crate::motor::bridge::Ratings;
+use crate::fault_log::{Circumstances, FaultLog};
+use crate::motor::bridge::{BridgeStop, Ratings};
 use crate::motor::calibration;
 use crate::motor::capture::{Capture, Request};
 use crate::motor::cogging::Wave;
@@ -44,6 +45,8 @@ pub struct Readings {
     pub encoder: i32,
     /// The rotor sensor is broken.
     pub encoder_broken: bool,
+    /// What has opened the bridge without software.
+    pub bridge_stop: Option<BridgeStop>,
     /// Means of the current samples since the last tick; `None` without a sample.
     pub means: Option<Means>,
     /// Supply voltage, V.
@@ -209,6 +212,11 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         self.core.state()
     }
 
+    /// Returns the history of faults.
+    pub fn errors(&mut self) -> &mut FaultLog {
+        self.core.errors()
+    }
+
     /// Gives the objects their values at start, and sends the boot-up message.
     pub fn boot(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         self.objects.start(self.control.axle());
@@ -247,7 +255,12 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         let outputs = self.control.tick(inputs, joint);
         self.finish(&inputs, &outputs, motor);
         if let Some(code) = outputs.emergency {
-            self.core.report(code, send);
+            let measured = Circumstances {
+                supply_voltage: inputs.supply_voltage,
+                current: inputs.current,
+                velocity: outputs.velocity,
+            };
+            self.core.report(code, &measured, send);
         }
         Ticked {
             fault: outputs.emergency,
@@ -385,8 +398,10 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
 /// The loop cannot be computed from them.
 pub fn current_loop(settings: &Settings, stage: &Ratings) -> Result<CurrentLoop, CurrentLoopError> {
     let config = Config::from_settings(settings, stage.pwm_hz / CONTROL_HZ);
+    let sensing = calibration::sensing(settings);
     let mut current_loop = CurrentLoop::new(&config, stage)?;
-    current_loop.set_sensing(calibration::sensing(settings));
+    config.check_range(&sensing, stage)?;
+    current_loop.set_sensing(sensing);
     let (periods, wave) = cogging::stored(settings);
     current_loop.set_cogging(periods, wave);
     Ok(current_loop)

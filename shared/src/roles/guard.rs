@@ -13,6 +13,7 @@ use crate::bus::pdo::{GuardPosition, OperatorCommand};
 use crate::bus::scale::{micro, milli_i32};
 use crate::can::Frame;
 use crate::estimate::state::{Estimator, State};
+use crate::fault_log::{Circumstances, FaultLog};
 use crate::node::guard::commissioning::request;
 use crate::node::guard::{Guard, Inputs, ScaleMismatch};
 use crate::robots::Body;
@@ -134,6 +135,11 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
         &self.guard
     }
 
+    /// Returns the history of faults.
+    pub fn errors(&mut self) -> &mut FaultLog {
+        self.core.errors()
+    }
+
     /// Gives the objects their values at start, and sends the boot-up message.
     pub fn boot(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         let values = &mut self.objects.values;
@@ -247,7 +253,7 @@ impl<B: Body, G: DerefMut<Target = Guard<B>>, S: Store> Node<G, S> {
     fn send(&mut self, now_us: u64, send: &mut impl FnMut(Frame)) {
         let outputs = self.guard.outputs();
         if let Some(code) = outputs.emergency {
-            self.core.report(code, send);
+            self.core.report(code, &Circumstances::default(), send);
         }
         outputs.frames.iter().copied().for_each(&mut *send);
         for frame in &outputs.frames {

@@ -2,13 +2,15 @@
 
 use proptest::prelude::*;
 use std::f64::consts::TAU;
-use tautrack::motor::bridge::{MAX_DUTY, PowerStage, Ratings, Readings};
+use tautrack::motor::bridge::{CurrentSensing, MAX_DUTY, PowerStage, Ratings, Readings};
 use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, CurrentLoopError, MotorKind};
 use tautrack::motor::rotor::{ElectricalAngle, Mounting, RotorSensor};
 
 const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 32.0,
 };
 const MOUNTING: Mounting = Mounting {
@@ -565,6 +567,48 @@ fn a_short_with_an_over_current_is_opened_once_and_for_all() {
 }
 
 #[test]
+fn a_converter_at_either_end_of_its_range_trips_with_any_zero_between_25_and_75_percent() {
+    for config in [BRUSHED, THREE_PHASE] {
+        for zero in [16_384, 24_687, 32_768, 41_000, 49_152] {
+            let sensing = CurrentSensing {
+                zero: [zero, 32_768],
+                ..CurrentSensing::default()
+            };
+            // The shorter side of 32 A, divided by 150 %.
+            let side = 32.0 * f64::from(zero.min(65_536 - zero)) / 32_768.0;
+            let limited = |current_limit: f64| Config {
+                current_limit: current_limit as f32,
+                ..config
+            };
+            let largest = limited(side / 1.5 - 0.01);
+            assert_eq!(largest.check_range(&sensing, &STAGE), Ok(()), "{zero}");
+            let larger = limited(side / 1.5 + 0.01).check_range(&sensing, &STAGE);
+            assert!(
+                matches!(larger, Err(CurrentLoopError::CurrentTooHigh { .. })),
+                "{zero}"
+            );
+            let stage = |first: u16| {
+                let mut current_loop = CurrentLoop::new(&largest, &STAGE).unwrap();
+                current_loop.set_sensing(sensing);
+                current_loop.demand(BridgeDemand::Current(0.0), 24.0, 0.0);
+                current_loop.period(&Readings {
+                    currents: [first, 1 << 15],
+                    ..Readings::default()
+                })
+            };
+            // The ends of a converter with 12 bits.
+            for end in [15, 65_535] {
+                assert_eq!(stage(end), PowerStage::Off, "{zero} {end}");
+            }
+            let near = (0.9 * side / 32.0 * 32_768.0) as i32;
+            for inside in [zero - near, zero + near] {
+                assert_ne!(stage(inside as u16), PowerStage::Off, "{zero} {inside}");
+            }
+        }
+    }
+}
+
+#[test]
 fn two_over_voltages_in_a_control_period_open_the_bridge_but_no_short() {
     for config in [BRUSHED, THREE_PHASE] {
         let mut current_loop = CurrentLoop::new(&config, &STAGE).unwrap();
@@ -782,5 +826,32 @@ proptest! {
             }
             prop_assert!(current_loop.take_means().unwrap().current.is_finite());
         }
+    }
+}
+
+#[test]
+fn currents_that_do_not_add_up_to_0_are_found() {
+    for (config, third) in [
+        (BRUSHED, None),
+        (THREE_PHASE, Some(0.0)),
+        (THREE_PHASE, None),
+    ] {
+        let mut current_loop = CurrentLoop::new(&config, &STAGE).unwrap();
+        let mut run = |a: f64, b: f64| {
+            for _ in 0..20 {
+                current_loop.demand(BridgeDemand::Current(1.0), 24.0, 0.0);
+                current_loop.period(&Readings {
+                    currents: [code(a), code(b)],
+                    third: third.map(|c: f64| code(c)),
+                    ..Readings::default()
+                });
+            }
+            current_loop.take_means().unwrap().electrical.wrong_sum
+        };
+        // 20 % of 20 A, and 2 % of 32 A.
+        assert!(!run(8.0, -8.0) && !run(8.0, -3.5));
+        let checked = third.is_some() || config.kind == MotorKind::Brushed;
+        assert_eq!(run(8.0, -3.2), checked, "{:?} {third:?}", config.kind);
+        assert_eq!(run(0.0, -6.0), checked, "{:?} {third:?}", config.kind);
     }
 }

@@ -7,6 +7,8 @@ use tautrack::motor::model::Motor;
 const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 160.0,
 };
 const BRUSHED: MotorModel = MotorModel {

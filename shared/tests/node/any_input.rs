@@ -54,10 +54,10 @@ prop_compose! {
         [direct, direct_size] in [any_f32(), any_f32()],
         ahead in any::<Option<i32>>(),
         index in prop_oneof![Just(Finding::Nothing), Just(Finding::Confirmed), Just(Finding::Misaligned), Just(Finding::Lost)],
-        [over_current, wrong_zero, overrun] in prop_oneof![9 => Just([false; 3]), 1 => any::<[bool; 3]>()],
+        [over_current, wrong_zero, overrun, wrong_sum] in prop_oneof![9 => Just([false; 4]), 1 => any::<[bool; 4]>()],
     ) -> Electrical {
         let ahead = ahead.map(|bits| ElectricalAngle(Angle::from_bits(bits)));
-        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, index, over_current, over_voltage: false, wrong_zero, overrun }
+        Electrical { voltage: voltage.map(|(d, q)| [d, q]), direct, direct_size, angle: ahead, ahead, index, over_current, over_voltage: false, wrong_zero, wrong_sum, overrun }
     }
 }
 
@@ -82,6 +82,7 @@ prop_compose! {
             now_us: jump_us,
             encoder,
             encoder_broken,
+            bridge_stop: None,
             current,
             electrical,
             supply_voltage,

@@ -79,10 +79,15 @@ fn a_drive_whose_current_reads_more_than_its_bound_without_power_gets_none() {
 }
 
 #[test]
-fn the_second_converter_of_a_brushed_motor_does_not_count() {
-    let mut rig = armed(false, 1, LIMIT);
+fn the_second_converter_of_a_brushed_motor_must_agree_with_the_first() {
+    // Within 20 % of 10 A, and 2 % of 160 A.
+    let mut rig = armed(false, 1, 4.0);
     assert_eq!(rig.run(200).faults, Faults::NONE);
     assert!(rig.is_enabled());
+    let mut rig = armed(false, 1, 6.5);
+    let (outputs, milliseconds) = rig.until_raised(200).expect("a fault");
+    assert_eq!(outputs.faults.strongest(), Some(Fault::InvalidReading));
+    println!("{milliseconds} ms");
 }
 
 /// The generated voltage exceeds that of the supply, so that current flows through the diodes.

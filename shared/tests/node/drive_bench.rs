@@ -13,6 +13,8 @@ use tautrack::settings::{Setting, Settings};
 const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 160.0,
 };
 const SUPPLY: f32 = 24.0;
@@ -128,6 +130,7 @@ impl Bench {
             now_us: self.now_us,
             encoder: self.motor.encoder(),
             encoder_broken: false,
+            bridge_stop: None,
             current: means.map_or(f32::NAN, |means| means.current),
             electrical: means.map(|means| means.electrical).unwrap_or_default(),
             temperatures: Temperatures::default(),
@@ -208,6 +211,7 @@ fn inputs_at_rest() -> Inputs {
         now_us: 0,
         encoder: 0,
         encoder_broken: false,
+        bridge_stop: None,
         current: 0.0,
         electrical: Electrical::default(),
         temperatures: Temperatures::default(),

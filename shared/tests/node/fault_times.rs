@@ -7,6 +7,7 @@ use tautrack::bus::cia402::{CONTROL_START, State, controlword, mode, toward_oper
 use tautrack::bus::pdo::{DriveMotion, Request};
 use tautrack::can::Frame;
 use tautrack::faults::{ALL, Fault, Faults, Reaction};
+use tautrack::motor::bridge::BridgeStop;
 use tautrack::motor::model::MotorModel;
 use tautrack::node::axle::{BridgeDemand, SetPoint};
 use tautrack::node::guard::State as GuardState;
@@ -75,9 +76,25 @@ fn at_speeds(three_phase: bool, trouble: Trouble) -> [Rig; 4] {
     SPEEDS.map(|speed| troubled(three_phase, speed, trouble))
 }
 
+/// Drives whose bridge something opens without software, at standstill without a current and in
+/// motion.
+fn stopped(stop: BridgeStop) -> Vec<Rig> {
+    let at = |speed| {
+        both(|kind| {
+            let mut rig = running(kind, speed, &[]);
+            rig.bridge_stop = Some(stop);
+            rig
+        })
+    };
+    [at(0.0), at(3.0)].into_iter().flatten().collect()
+}
+
 /// Drives in which the cause of a fault begins with the next tick.
 fn rigs(fault: Fault) -> Vec<Rig> {
     match fault {
+        Fault::SafeTorqueOff => stopped(BridgeStop::SafeTorqueOff),
+        Fault::ShortCircuit => stopped(BridgeStop::Comparator),
+        Fault::ProcessorEvent => stopped(BridgeStop::Processor),
         Fault::OverCurrent => [0, u16::MAX]
             .into_iter()
             .flat_map(|code| both(|kind| troubled(kind, 3.0, Trouble::CurrentCode(code))))

@@ -111,6 +111,7 @@ impl Motor for Rotor {
         Readings {
             encoder: (self.angle * self.counts).floor() as i64 as i32,
             encoder_broken: false,
+            bridge_stop: None,
             means: Some(Means {
                 current: self.current,
                 electrical: Electrical::default(),

@@ -12,7 +12,7 @@
 //! currents are sampled at the overflow, when all low sides conduct.
 
 use crate::boards::stm32g4::clock::CORE_HZ;
-use core::sync::atomic::{AtomicU32, Ordering};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use embassy_stm32::gpio::{Flex, OutputType, Pull};
 use embassy_stm32::pac::timer::vals;
 use embassy_stm32::peripherals::{PA8, PA9, PA10, PA12, PA15, PB15, PC13, TIM1};
@@ -25,16 +25,35 @@ use embassy_stm32::timer::low_level::CountingMode;
 use embassy_stm32::timer::simple_pwm::PwmPin;
 use embassy_stm32::{Peri, pac};
 use static_cell::StaticCell;
-use tautrack::motor::bridge::PowerStage;
+use tautrack::motor::bridge::{BridgeStop, PowerStage};
 
 /// PWM periods per second, Hz.
 pub const PWM_HZ: u32 = 20_000;
 /// Compare value of a half bridge whose high side is always on. The counter counts up to it and
 /// down again in a period.
 pub const PERIOD: u16 = (CORE_HZ / PWM_HZ / 2) as u16;
-/// The currents are sampled when the counter, counting down, reaches this value: 6 ns after its
-/// overflow.
-const SAMPLE_AT: u16 = PERIOD - 1;
+/// Longest dead time that the board allows, ns.
+const DEAD_TIME_NS: u64 = 600;
+/// Time in which an op-amp settles after an edge, ns (FOC-Stim, `config_g431b_esc1.h`).
+const SETTLING_NS: u64 = 1_300;
+/// Time for which a low side conducts in each period, so that it charges the supply of the driver
+/// of its high side, ns.
+const CHARGING_NS: u64 = 500;
+/// Largest compare value. The low side conducts for twice the distance to the period, less a dead
+/// time.
+pub const HIGHEST: u16 = PERIOD - clocks(u64::midpoint(CHARGING_NS, DEAD_TIME_NS));
+/// Largest compare value at which a current is sampled: the dead time and the settling time pass
+/// before the sample, and as much behind it.
+pub const SAMPLED: u16 = PERIOD - clocks(DEAD_TIME_NS + SETTLING_NS);
+
+/// Core clocks of a time, rounded up.
+const fn clocks(nanoseconds: u64) -> u16 {
+    (nanoseconds * CORE_HZ as u64).div_ceil(1_000_000_000) as u16
+}
+
+/// The currents are sampled when the counter, counting down, reaches this value: 0.1 us after its
+/// overflow. The trigger is low for twice as long before, eight clocks of the converters.
+const SAMPLE_AT: u16 = PERIOD - 17;
 /// The comparators do not count near the underflow of the counter, where the high sides switch on
 /// and off: below this value, so for 2 us of a period.
 const BLANKED_BELOW: u16 = (CORE_HZ / 1_000_000) as u16;
@@ -219,6 +238,31 @@ pub fn tripped() -> bool {
     pac::TIM1.sr().read().0 & BREAKS != 0
 }
 
+/// What has opened the bridge without software, and the drive has not been disabled since. The first
+/// call says whether the last reset followed a failure.
+pub fn stop() -> Option<BridgeStop> {
+    let flags = pac::TIM1.sr().read().0;
+    if CRASHED.swap(false, Ordering::Relaxed) {
+        Some(BridgeStop::Crash)
+    } else if flags & PROCESSOR != 0 {
+        Some(BridgeStop::Processor)
+    } else if flags & COMPARATOR != 0 {
+        Some(BridgeStop::Comparator)
+    } else if flags & SAFE_TORQUE_OFF != 0 {
+        Some(BridgeStop::SafeTorqueOff)
+    } else {
+        None
+    }
+}
+
+/// The last reset followed a failure of the crystal or the program, and nobody knows it yet.
+static CRASHED: AtomicBool = AtomicBool::new(false);
+
+/// Tells that the last reset followed a failure.
+pub fn note_crash() {
+    CRASHED.store(true, Ordering::Relaxed);
+}
+
 /// PWM periods for which the current loop must command the bridge to be off before a break is
 /// forgotten: 10 ms. An over-current opens the bridge for a few periods.
 const RELEASE_PERIODS: u32 = PWM_HZ / 100;
@@ -226,7 +270,10 @@ const RELEASE_PERIODS: u32 = PWM_HZ / 100;
 static OFF_PERIODS: AtomicU32 = AtomicU32::new(0);
 /// Flags of the timer (RM0440, 29.6.5), and those of break inputs 1 and 2 and of the chip.
 const FLAGS: u32 = 0x00f3_3fff;
-const BREAKS: u32 = 1 << 7 | 1 << 8 | 1 << 13;
+const SAFE_TORQUE_OFF: u32 = 1 << 7;
+const COMPARATOR: u32 = 1 << 8;
+const PROCESSOR: u32 = 1 << 13;
+const BREAKS: u32 = SAFE_TORQUE_OFF | COMPARATOR | PROCESSOR;
 
 /// Shortest dead time, ns, whatever the settings say.
 const MINIMUM_DEAD_TIME_NS: i32 = 300;

@@ -1,6 +1,7 @@
 //! ST's B-G431B-ESC1: STM32G431CB, three half bridges with shunts, CAN transceiver, connector for
 //! an encoder or Hall sensors. docs/hardware.md has its wiring, and what was never tried.
 //!
+//! * `analogue`: zero, scale and thresholds from the resistors
 //! * `bridge`: TIM1, its outputs and what opens them
 //! * `over_current`: comparators that open the bridge without software
 //! * `sampling`: op-amps and converters, and the current interrupt
@@ -9,6 +10,7 @@
 //! * `transceiver`: the CAN transceiver and the board's terminator
 //! * `switches`: home and limit switches
 //! * `image`: header of the program
+//! * `limits`: bounds of the settings
 //! * `thermistor`: converts the temperature
 //!
 //! The rest is in [`super::stm32g4`].
@@ -16,17 +18,19 @@
 //! Interrupts, most urgent first: current loop, clock, bus, control task. All other tasks run in
 //! the thread.
 
+mod analogue;
 mod bridge;
 mod encoder;
 mod halls;
 mod image;
+mod limits;
 mod over_current;
 mod sampling;
 mod switches;
 mod thermistor;
 mod transceiver;
 
-use super::stm32g4::{can, clock, led, reset, storage};
+use super::stm32g4::{can, clock, led, reset, stack_guard, storage};
 use crate::boards::Board;
 use crate::refusal::refuse;
 use crate::roles::{self, Role, Spawners};
@@ -37,8 +41,10 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
+use tautrack::fault_log::FaultLog;
 use tautrack::math::Crc32;
-use tautrack::motor::bridge::Ratings;
+use tautrack::motor::board_limits::Limit;
+use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::motor::rotor::RotorSensor;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
@@ -96,11 +102,12 @@ fn start(role: &'static Role, bus: Spawner) {
         safe_torque_off: p.PA15,
         dead_time_ns: settings.get(Setting::DeadTime),
     });
-    over_current::start();
+    over_current::start(&settings);
     let pins = sampling::Pins {
-        amplifiers: (p.OPAMP1, p.OPAMP2),
+        amplifiers: (p.OPAMP1, p.OPAMP2, p.OPAMP3),
         a: (p.PA1, p.PA3, p.PA2),
         b: (p.PA7, p.PA5, p.PA6),
+        c: (p.PB0, p.PB2, p.PB1),
         converters: (p.ADC1, p.ADC2),
         supply: p.PA0,
         temperature: p.PB14,
@@ -148,6 +155,11 @@ impl Esc1 {
         bridge::open();
     }
 
+    /// Takes note that the last reset followed a failure.
+    pub(super) fn note_crash() {
+        bridge::note_crash();
+    }
+
     /// Whether a break input has opened the bridge.
     pub(super) fn stopped() -> bool {
         bridge::tripped()
@@ -159,8 +171,12 @@ impl Board for Esc1 {
     const POWER_STAGE: Ratings = Ratings {
         pwm_hz: bridge::PWM_HZ,
         period: bridge::PERIOD,
-        full_scale: sampling::FULL_SCALE_AMPERES,
+        highest: bridge::HIGHEST,
+        sampled: bridge::SAMPLED,
+        full_scale: analogue::FULL_SCALE_AMPERES,
     };
+
+    const LIMITS: &'static [Limit] = &limits::LIMITS;
 
     type Storage = storage::Storage;
 
@@ -168,6 +184,7 @@ impl Board for Esc1 {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
         bridge::open();
         bridge::freeze_when_halted();
+        stack_guard::start();
         EXECUTOR.init(Executor::new()).run(|bus| start(role, bus))
     }
 
@@ -179,8 +196,20 @@ impl Board for Esc1 {
         halls::are_broken()
     }
 
+    fn bridge_stop() -> Option<BridgeStop> {
+        bridge::stop()
+    }
+
     fn index() -> Option<u32> {
         encoder::index()
+    }
+
+    fn kept_faults() -> FaultLog {
+        reset::kept_faults()
+    }
+
+    fn keep_faults(log: &FaultLog) {
+        reset::keep_faults(log);
     }
 
     fn supply_voltage() -> f32 {

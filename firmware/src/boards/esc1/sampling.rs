@@ -1,9 +1,11 @@
 //! Current, supply voltage and temperature, and the interrupt of the current loop.
 //!
 //! Each shunt has an op-amp in the chip. TIM1 triggers two converters at the same moment: ADC1
-//! converts phase a, then supply voltage and temperature; ADC2 converts phase b and raises the
-//! interrupt. So the interrupt does not wait for the two slow inputs.
+//! converts phases a and c, then supply voltage and temperature; ADC2 converts phase b twice and
+//! raises the interrupt. So the interrupt has all currents, and does not wait for the two slow
+//! inputs. Below [`bridge::SAMPLED`], an op-amp has settled; the current loop uses two such phases.
 
+use super::analogue::{SUPPLY_PER_CODE, current};
 use super::{bridge, encoder};
 use crate::current_loop;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -11,36 +13,27 @@ use embassy_stm32::adc::{Adc, AdcChannel, AdcConfig, Exten, InjectedAdc, SampleT
 use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::opamp::{OpAmp, OpAmpGain, OpAmpOutput, OpAmpSpeed};
 use embassy_stm32::peripherals::{
-    ADC1, ADC2, OPAMP1, OPAMP2, PA0, PA1, PA2, PA3, PA5, PA6, PA7, PB14,
+    ADC1, ADC2, OPAMP1, OPAMP2, OPAMP3, PA0, PA1, PA2, PA3, PA5, PA6, PA7, PB0, PB1, PB2, PB14,
 };
 use embassy_stm32::{Peri, interrupt, pac, triggers};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::Readings;
 
-/// Reference of the converters, V.
-const REFERENCE: f32 = 3.3;
-/// Shunt of a half bridge, ohm.
-const SHUNT: f32 = 0.003;
-/// Voltage at the converter per voltage at the shunt: op-amp with gain 16 behind a divider.
-const AMPLIFICATION: f32 = 64.0 / 7.0;
-/// Current that moves the converter's code from the middle to its end, A.
-pub const FULL_SCALE_AMPERES: f32 = REFERENCE / 2.0 / (SHUNT * AMPLIFICATION);
-/// Supply voltage per voltage at the converter: divider of 169 and 18 kiloohm.
-const SUPPLY_DIVIDER: f32 = (169.0 + 18.0) / 18.0;
-/// Largest code of a converter.
-const FULL_CODE: f32 = 4095.0;
-/// Supply voltage per code, V.
-const SUPPLY_PER_CODE: f32 = REFERENCE * SUPPLY_DIVIDER / FULL_CODE;
-
 /// Pins of the analogue inputs.
 pub struct Pins {
-    /// Op-amps of phases a and b.
-    pub amplifiers: (Peri<'static, OPAMP1>, Peri<'static, OPAMP2>),
+    /// Op-amps of the phases.
+    pub amplifiers: (
+        Peri<'static, OPAMP1>,
+        Peri<'static, OPAMP2>,
+        Peri<'static, OPAMP3>,
+    ),
     /// Positive input, bias and output of the op-amp of phase a.
     pub a: (Peri<'static, PA1>, Peri<'static, PA3>, Peri<'static, PA2>),
     /// The same of phase b.
     pub b: (Peri<'static, PA7>, Peri<'static, PA5>, Peri<'static, PA6>),
-    /// Converters of phases a and b.
+    /// The same of phase c.
+    pub c: (Peri<'static, PB0>, Peri<'static, PB2>, Peri<'static, PB1>),
+    /// Converters of phases a and c, and b.
     pub converters: (Peri<'static, ADC1>, Peri<'static, ADC2>),
     /// Divided supply voltage.
     pub supply: Peri<'static, PA0>,
@@ -56,12 +49,14 @@ static HIGHEST_SUPPLY: AtomicU32 = AtomicU32::new(0);
 pub fn start(pins: Pins, over_voltage: f32) {
     static AMPLIFIER_A: StaticCell<OpAmp<'static, OPAMP1>> = StaticCell::new();
     static AMPLIFIER_B: StaticCell<OpAmp<'static, OPAMP2>> = StaticCell::new();
-    static A: StaticCell<InjectedAdc<'static, ADC1, 3>> = StaticCell::new();
-    static B: StaticCell<InjectedAdc<'static, ADC2, 1>> = StaticCell::new();
+    static AMPLIFIER_C: StaticCell<OpAmp<'static, OPAMP3>> = StaticCell::new();
+    static A: StaticCell<InjectedAdc<'static, ADC1, 4>> = StaticCell::new();
+    static B: StaticCell<InjectedAdc<'static, ADC2, 2>> = StaticCell::new();
     static OUTPUT_A: StaticCell<OpAmpOutput<'static, OPAMP1>> = StaticCell::new();
     static OUTPUT_B: StaticCell<OpAmpOutput<'static, OPAMP2>> = StaticCell::new();
+    static OUTPUT_C: StaticCell<OpAmpOutput<'static, OPAMP3>> = StaticCell::new();
     let high_speed = OpAmpSpeed::HighSpeed;
-    let (mut output_a, mut output_b) = (pins.a.2, pins.b.2);
+    let (mut output_a, mut output_b, mut output_c) = (pins.a.2, pins.b.2, pins.c.2);
     // Dropping an output switches its op-amp off, so it stays in a static variable, and the
     // converter gets the pin.
     OUTPUT_A.init(
@@ -74,13 +69,20 @@ pub fn start(pins: Pins, over_voltage: f32) {
             .init(OpAmp::new(pins.amplifiers.1, high_speed))
             .pga_biased_ext(pins.b.0, pins.b.1, output_b.reborrow(), OpAmpGain::Mul16),
     );
+    OUTPUT_C.init(
+        AMPLIFIER_C
+            .init(OpAmp::new(pins.amplifiers.2, high_speed))
+            .pga_biased_ext(pins.c.0, pins.c.1, output_c.reborrow(), OpAmpGain::Mul16),
+    );
 
     let fast = SampleTime::CYCLES6_5;
     let slow = SampleTime::CYCLES47_5;
     let (adc1, adc2) = pins.converters;
+    // SAFETY: both are the same analogue input, which nothing else uses.
+    let again = unsafe { output_b.clone_unchecked() };
     B.init(
         Adc::new(adc2, AdcConfig::default()).setup_injected_conversions(
-            [(output_b.degrade_adc(), fast)],
+            [(output_b.degrade_adc(), fast), (again.degrade_adc(), fast)],
             triggers::TIM1_TRGO2,
             Exten::RISING_EDGE,
             true,
@@ -90,6 +92,7 @@ pub fn start(pins: Pins, over_voltage: f32) {
         Adc::new(adc1, AdcConfig::default()).setup_injected_conversions(
             [
                 (output_a.degrade_adc(), fast),
+                (output_c.degrade_adc(), fast),
                 (pins.supply.degrade_adc(), slow),
                 (pins.temperature.degrade_adc(), slow),
             ],
@@ -116,28 +119,22 @@ fn ADC1_2() {
             current(pac::ADC1.jdr(0).read().jdata()),
             current(pac::ADC2.jdr(0).read().jdata()),
         ],
+        third: Some(current(pac::ADC1.jdr(1).read().jdata())),
         rotor: encoder::update(),
         // The newest conversion: that of this period may be under way.
-        over_voltage: u32::from(pac::ADC1.jdr(1).read().jdata())
+        over_voltage: u32::from(pac::ADC1.jdr(2).read().jdata())
             > HIGHEST_SUPPLY.load(Ordering::Relaxed),
     };
     bridge::apply(current_loop::pwm_period(&readings));
 }
 
-/// Converts a right-aligned code of 12 bits to [`Readings::currents`]. A current into the motor
-/// flows up through the shunt, so it lowers the code.
-#[inline]
-fn current(code: u16) -> u16 {
-    !(code << 4)
-}
-
 /// Supply voltage, V; 0 before its first conversion.
 pub fn supply_voltage() -> f32 {
-    let code = f32::from(pac::ADC1.jdr(1).read().jdata());
+    let code = f32::from(pac::ADC1.jdr(2).read().jdata());
     code * SUPPLY_PER_CODE
 }
 
 /// Temperature between the transistors, degrees Celsius ([`super::thermistor::celsius`]).
 pub fn temperature() -> f32 {
-    super::thermistor::celsius(pac::ADC1.jdr(2).read().jdata())
+    super::thermistor::celsius(pac::ADC1.jdr(3).read().jdata())
 }

@@ -12,7 +12,7 @@ mod gnss;
 mod operator;
 mod sensors;
 
-use super::stm32g4::{can, clock, led, reset, storage};
+use super::stm32g4::{can, clock, led, reset, stack_guard, storage};
 use crate::boards::{Board, OperatorSwitches};
 use crate::roles::{self, Role, Spawners};
 use crate::sensors::{Published, Rates};
@@ -23,6 +23,7 @@ use embassy_stm32::interrupt::{InterruptExt, Priority};
 use embassy_stm32::rcc::PllPreDiv;
 use static_cell::StaticCell;
 use tautrack::bus::node::Condition;
+use tautrack::fault_log::FaultLog;
 use tautrack::math::Crc32;
 use tautrack::motor::bridge::Ratings;
 use tautrack::sensors::Switches;
@@ -49,6 +50,9 @@ impl G474 {
     /// The board moves nothing. Its nodes hold when the guard is silent.
     pub(super) fn make_safe() {}
 
+    /// Takes note that the last reset followed a failure: the log says so.
+    pub(super) fn note_crash() {}
+
     /// Whether the emergency stop is actuated.
     pub(super) fn stopped() -> bool {
         operator::switches().emergency_stop
@@ -61,6 +65,8 @@ impl Board for G474 {
     const POWER_STAGE: Ratings = Ratings {
         pwm_hz: 20_000,
         period: 1,
+        highest: 1,
+        sampled: 1,
         full_scale: 0.0,
     };
 
@@ -68,6 +74,7 @@ impl Board for G474 {
 
     fn run(role: &'static Role, _: &'static [&'static Role]) -> ! {
         static EXECUTOR: StaticCell<Executor> = StaticCell::new();
+        stack_guard::start();
         reset::start_watchdog();
         let p = clock::start();
         reset::report_cause();
@@ -109,6 +116,14 @@ impl Board for G474 {
 
     fn encoder() -> i32 {
         0
+    }
+
+    fn kept_faults() -> FaultLog {
+        reset::kept_faults()
+    }
+
+    fn keep_faults(log: &FaultLog) {
+        reset::keep_faults(log);
     }
 
     fn supply_voltage() -> f32 {

@@ -72,6 +72,7 @@ impl drive::Motor for Motor {
         Readings {
             encoder: motor.map_or(0, AttachedMotor::encoder),
             encoder_broken: motor.is_some_and(AttachedMotor::encoder_broken),
+            bridge_stop: None,
             means,
             supply_voltage: self.sensors.supply_voltage,
             temperatures: Temperatures::default(),

@@ -58,7 +58,13 @@ pub fn start() -> Peripherals {
 
 /// Doubles the clock of core, buses and timers to that of the PLL.
 fn leave_half_speed() {
-    pac::FLASH.acr().modify(|w| w.set_latency(Latency::WS4));
+    pac::FLASH.acr().modify(|w| {
+        w.set_latency(Latency::WS4);
+        // Straight code waits less for the memory, and loops do not wait.
+        w.set_prften(true);
+        w.set_icen(true);
+        w.set_dcen(true);
+    });
     while pac::FLASH.acr().read().latency() != Latency::WS4 {}
     cortex_m::asm::delay(CORE_HZ / 2 / 1_000_000);
     pac::RCC.cfgr().modify(|w| w.set_hpre(AHBPrescaler::DIV1));

@@ -6,6 +6,7 @@
 use super::reset;
 use crate::boards::Selected;
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
 use critical_section::Mutex;
 use embassy_stm32::Peri;
 use embassy_stm32::flash::{Blocking, Error, FLASH_BASE, Flash};
@@ -33,10 +34,15 @@ pub fn start(memory: Peri<'static, FLASH>) {
     critical_section::with(|cs| MEMORY.borrow(cs).replace(Some(Flash::new_blocking(memory))));
 }
 
-/// Ends the interrupt of a word whose error correction fails: it would come back for ever. A power
-/// cut can leave such a word. The store finds it by its own checksum.
-pub(super) fn clear_error() {
+/// The settings pages are being read.
+static READING: AtomicBool = AtomicBool::new(false);
+
+/// Ends the interrupt of a word whose error correction fails: it would come back for ever. Returns
+/// whether the word belongs to the settings: a power cut can leave such a word, and the store finds
+/// it by its own checksum.
+pub(super) fn clear_error() -> bool {
     REGISTERS.eccr().modify(|errors| errors.set_eccd(true));
+    READING.load(Ordering::Relaxed)
 }
 
 /// The settings pages.
@@ -80,7 +86,13 @@ impl ReadNorFlash for Storage {
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
         check_read(self, offset, bytes.len())?;
-        Self::access(offset, |memory, place| memory.blocking_read(place, bytes))
+        Self::access(offset, |memory, place| {
+            READING.store(true, Ordering::SeqCst);
+            let done = memory.blocking_read(place, bytes);
+            cortex_m::asm::dsb();
+            READING.store(false, Ordering::SeqCst);
+            done
+        })
     }
 
     fn capacity(&self) -> usize {

@@ -2,7 +2,7 @@
 //! chip. Their values are those of docs/hardware.md, entered again.
 
 use crate::simulator::chip::CORE_HZ;
-use tautrack::link::{MotorModel, Shaft};
+use tautrack::link::{MotorModel, Shaft, WindingModel};
 use tautrack::motor::bridge::{PowerStage, Ratings};
 use tautrack::motor::model::Motor;
 use tautrack::units::Angle;
@@ -13,10 +13,15 @@ const HALF_PERIOD: u64 = CORE_HZ / 40_000;
 const SHUNT: f32 = 0.003;
 /// Gain of an op-amp, 16, behind its divider.
 const GAIN: f32 = 16.0 * 4.0 / 7.0;
-/// Reference of the converters, V. Half of it is the voltage of an op-amp without current.
+/// Reference of the converters, V.
 const REFERENCE: f32 = 3.3;
+/// Voltage of an op-amp without current, V: 16 times that of 22 k to the reference against 1.5 k and
+/// 2.2 k to ground.
+pub(super) const ZERO: f32 = 2.057;
 /// Divider of the supply voltage.
 const SUPPLY_DIVIDER: f32 = 18.0 / (18.0 + 169.0);
+/// Time in which an op-amp follows its input after an edge, core clocks: 1.3 us.
+const SETTLING: u32 = 221;
 /// Codes of a converter.
 const CODES: f32 = 4096.0;
 /// Bridge for the model of the motor, which is called twice in a PWM period. Its codes have steps
@@ -24,6 +29,8 @@ const CODES: f32 = 4096.0;
 const RATINGS: Ratings = Ratings {
     pwm_hz: 40_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 163.84,
 };
 
@@ -47,6 +54,8 @@ pub(super) struct AttachedMotor {
     rising: bool,
     /// Compare values in force.
     compares: [u32; 3],
+    reload: u32,
+    is_brushed: bool,
     stage: PowerStage,
     /// Encoder counts at which the timer was started.
     encoder_start: i32,
@@ -70,6 +79,8 @@ impl AttachedMotor {
             next: HALF_PERIOD,
             rising: true,
             compares: [0; 3],
+            reload: 0,
+            is_brushed: matches!(model.winding, WindingModel::Brushed { .. }),
             stage: PowerStage::Off,
             encoder_start: 0,
             index: None,
@@ -89,6 +100,7 @@ impl AttachedMotor {
         self.next = clock + HALF_PERIOD;
         self.rising = true;
         self.compares = bridge.compares;
+        self.reload = bridge.reload;
     }
 
     /// Clock at which [`AttachedMotor::half_period`] must be called next.
@@ -115,15 +127,29 @@ impl AttachedMotor {
         self.rising = !self.rising;
     }
 
-    /// Codes of the converters for the currents of phases a and b.
-    pub fn current_codes(&mut self) -> [u16; 2] {
+    /// Codes of the converters for the currents of all phases. `dead_clocks` is the dead time.
+    pub fn current_codes(&mut self, dead_clocks: u32) -> [u16; 3] {
         let open = self.stage == PowerStage::Off;
-        self.motor.readings().currents.map(|code| {
-            let current = (f32::from(code) - 32_768.0) * (RATINGS.full_scale / 32_768.0);
+        let [a, b] = self
+            .motor
+            .readings()
+            .currents
+            .map(|code| (f32::from(code) - 32_768.0) * (RATINGS.full_scale / 32_768.0));
+        let c = if self.is_brushed { 0.0 } else { -a - b };
+        let compares = self.compares;
+        let reload = self.reload;
+        let mut phase = 0;
+        [a, b, c].map(|current| {
+            // The low side conducts from its edge, and the op-amp follows 1.3 us later.
+            let low = reload.saturating_sub(compares[phase]);
+            phase += 1;
+            if !open && low < dead_clocks + SETTLING {
+                return code_of(ZERO);
+            }
             // With all transistors open, a current into the bridge flows through the diode of the
             // high side, past the shunt.
             let seen = if open { current.max(0.0) } else { current };
-            code_of(0.5 * REFERENCE - seen * SHUNT * GAIN)
+            code_of(ZERO - seen * SHUNT * GAIN)
         })
     }
 

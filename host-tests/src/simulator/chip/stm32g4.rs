@@ -1,13 +1,14 @@
 //! A model of the STM32G431 and the STM32G474 around rsemu's Cortex-M4F: as much of them as the
 //! images of the boards use.
 //!
-//! Registers without a behaviour below keep what is written. Not modelled: wait states, bus
-//! contention, errors of received frames and everything analogue.
+//! Registers without a behaviour below keep what is written. Not modelled: bus contention, errors of
+//! received frames and everything analogue.
 //!
 //! `breaks` has what opens the bridge without software.
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.
 //! `fdcan` is the CAN controller, `serial` a serial line, `i2c` an I2C bus with the sensor modules
-//! on it, `dma` moves its bytes. `observe` shows what tests measure, and provokes what they need.
+//! on it, `dma` moves its bytes. `wait_states` is the time for which the core waits for the flash
+//! memory. `observe` shows what tests measure, and provokes what they need.
 //! `defect` gives the image a defect.
 
 mod breaks;
@@ -20,6 +21,7 @@ mod observe;
 mod part;
 mod reset_values;
 mod serial;
+mod wait_states;
 
 pub use breaks::{Event, SYSCFG_CFGR2};
 pub use defect::Defect;
@@ -109,6 +111,8 @@ pub struct Pins {
     pub phase_a: u16,
     /// Code of the current of phase b.
     pub phase_b: u16,
+    /// Code of the current of phase c.
+    pub phase_c: u16,
     /// Code of the supply voltage.
     pub supply: u16,
     /// Code of the temperature.
@@ -298,6 +302,8 @@ impl State {
                 self.flash().unlock(value);
                 0
             }
+            // Writing 1 clears a flag.
+            breaks::ERRORS => old & !value,
             a if a == FLASH_CONTROL + 0x10 => {
                 self.flash().status &= !value;
                 0
@@ -423,8 +429,9 @@ impl State {
     }
 
     fn convert(&mut self) {
+        let dead_clocks = self.get(BDTR) & 0x7f;
         if let (Some(motor), Some(pins)) = (&mut self.motor, &mut self.pins) {
-            [pins.phase_a, pins.phase_b] = motor.current_codes();
+            [pins.phase_a, pins.phase_b, pins.phase_c] = motor.current_codes(dead_clocks);
         }
         for (number, adc) in ADC.into_iter().enumerate() {
             let sequence = self.get(adc + 0x4c);
@@ -439,6 +446,7 @@ impl State {
                 let code = match (number, sequence >> (9 + 6 * rank) & 31) {
                     (0, 3) if amplifier(0) => pins.phase_a,
                     (1, 3) if amplifier(1) => pins.phase_b,
+                    (0, 12) if amplifier(2) => pins.phase_c,
                     (0, 1) => pins.supply,
                     (0, 5) => pins.temperature,
                     _ => 0,
@@ -589,6 +597,7 @@ pub struct Chip {
     cpu: ArmV7m,
     state: Arc<Mutex<State>>,
     flash: Arc<RamStore>,
+    timed_flash: Arc<wait_states::TimedFlash>,
     ram: Arc<RamStore>,
     other: Arc<RamStore>,
     next: u64,
@@ -598,6 +607,8 @@ pub struct Chip {
     defect: Option<Defect>,
     /// Largest number of instructions of one current interrupt so far.
     pub current_interrupt: u32,
+    /// Largest time of one current interrupt so far, with its entry, core clocks.
+    pub current_interrupt_clocks: u64,
 }
 
 impl Chip {
@@ -621,8 +632,10 @@ impl Chip {
         let other = Arc::new(RamStore::new(0x400));
         let state = Arc::new(Mutex::new(State {
             pins: Some(Pins {
-                phase_a: 2048,
-                phase_b: 2048,
+                // No current: 2.057 V.
+                phase_a: 2_553,
+                phase_b: 2_553,
+                phase_c: 2_553,
                 supply: 2866, // 24 V
                 temperature: 1309,
                 safe_torque_off: true,
@@ -639,10 +652,12 @@ impl Chip {
             ..State::default()
         }));
         state.lock().expect("a state").reset(false);
+        let timed_flash = Arc::new(wait_states::TimedFlash::new(Arc::clone(&flash)));
         let space = AddressSpace::new("chip", 32);
         {
             let mut map = space.topology();
-            let flash = Region::ram("flash", Arc::clone(&flash));
+            let reads = Arc::clone(&timed_flash);
+            let flash = Region::io("flash", part.flash as u64, reads);
             map.map_with_perms(flash, FLASH.into(), Perms::RX)
                 .expect("flash memory");
             let length = part.flash as u64;
@@ -682,6 +697,7 @@ impl Chip {
             cpu,
             state,
             flash,
+            timed_flash,
             ram,
             other,
             next: 0,
@@ -689,6 +705,7 @@ impl Chip {
             watcher: None,
             defect: None,
             current_interrupt: 0,
+            current_interrupt_clocks: 0,
         }
     }
 
@@ -709,7 +726,7 @@ impl Chip {
     /// Runs up to this clock.
     pub fn run_until(&mut self, end: u64) {
         let mut clock = self.clock();
-        let mut instructions = 0;
+        let (mut instructions, mut clocks) = (0, 0);
         let observed = !self.state().forgets_writes;
         while clock < end {
             let mut state = self.state.lock().expect("a state");
@@ -734,6 +751,7 @@ impl Chip {
             }
             let runs = state.has_clock() && !state.is_halted();
             let slowness = state.slowness();
+            self.timed_flash.begin(state.get(FLASH_CONTROL), clock);
             drop(state);
             if !runs {
                 clock = self.next.min(end).max(clock + 1);
@@ -746,15 +764,18 @@ impl Chip {
                     continue;
                 }
             }
-            clock += slowness * self.cpu.step();
+            let taken = self.cpu.step() + self.timed_flash.take_waited();
+            clock += slowness * taken;
             self.instructions += 1;
             self.apply_defect();
             self.observe(clock);
             if observed && self.cpu.current_exception() == Exception(16 + ADC1_2) {
                 instructions += 1;
+                clocks += taken;
                 self.current_interrupt = self.current_interrupt.max(instructions);
+                self.current_interrupt_clocks = self.current_interrupt_clocks.max(clocks);
             } else {
-                instructions = 0;
+                (instructions, clocks) = (0, 0);
             }
             assert!(!self.cpu.is_locked_up(), "at {:#x}", self.cpu.pc());
         }

@@ -1,5 +1,6 @@
 //! The command line of `cargo flash-node`.
 
+use super::option_bytes;
 use super::probe::{self, Part};
 use super::settings;
 use crate::programs::flash::{self, Segment};
@@ -60,6 +61,9 @@ pub(super) struct Arguments {
     /// They replace those of the robot.
     #[arg(long, value_name = "FILE")]
     pub settings: Option<PathBuf>,
+    /// Make a motor board's chip start its flash memory whatever its boot pin says.
+    #[arg(long)]
+    pub set_option_bytes: bool,
     /// Print what would be flashed, and the commands, without a probe.
     #[arg(long)]
     pub dry_run: bool,
@@ -80,6 +84,9 @@ fn command(arguments: &Arguments) -> Result<(), String> {
     let settings = settings::collect(arguments)?;
     if !arguments.dry_run {
         probe::check()?;
+        if arguments.role != Role::Guard {
+            option_bytes::look(arguments.set_option_bytes)?;
+        }
     }
     let mut board = match arguments.role {
         Role::Axle | Role::Screw => motor(arguments.role)?,

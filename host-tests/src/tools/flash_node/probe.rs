@@ -81,6 +81,44 @@ pub(super) fn flash(chip: &str, parts: &[Part], dry_run: bool) -> Result<(), Str
     Ok(())
 }
 
+/// Reads a register of this chip.
+///
+/// # Errors
+/// One line with the command that failed.
+pub(super) fn read(chip: &str, address: u32) -> Result<u32, String> {
+    let output = access(&["read", "--chip", chip, "b32", &hex(address), "1"])?;
+    // The word alone, or behind its address.
+    let word = output.split_whitespace().next_back().unwrap_or_default();
+    let digits = word.trim_start_matches("0x");
+    u32::from_str_radix(digits, 16).map_err(|_| format!("{PROBE_RS} read: {}", output.trim()))
+}
+
+/// Writes a register of this chip.
+///
+/// # Errors
+/// The same.
+pub(super) fn write(chip: &str, address: u32, word: u32) -> Result<(), String> {
+    let [address, word] = [address, word].map(hex);
+    access(&["write", "--chip", chip, "b32", &address, &word]).map(drop)
+}
+
+fn hex(word: u32) -> String {
+    format!("{word:#010x}")
+}
+
+/// Runs a command, and returns what it prints.
+fn access(arguments: &[&str]) -> Result<String, String> {
+    let output = Command::new(PROBE_RS)
+        .args(arguments)
+        .output()
+        .map_err(|error| not_started(&error))?;
+    if output.status.success() {
+        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    } else {
+        Err(format!("failed: {PROBE_RS} {}", arguments.join(" ")))
+    }
+}
+
 fn not_started(error: &io::Error) -> String {
     if error.kind() == io::ErrorKind::NotFound {
         Missing(Needed::ProbeRs).to_string()

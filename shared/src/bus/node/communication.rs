@@ -1,14 +1,13 @@
 //! Objects of communication (0x1003 to 0x1029, CiA 301) that are no parameters of process data:
-//! error history, SYNC, emergency, heartbeats, and the behaviour on errors.
+//! error history, SYNC, emergency, heartbeats, and the behaviour on errors. And what was measured
+//! when the errors of the history came (0x2021).
 
 use super::Configuration;
 use super::dictionary::{Abort, Address, Value, number};
 use crate::bus::heartbeat::Monitor;
 use crate::bus::network::function;
-use heapless::Deque;
+use crate::fault_log::{ENTRIES, Entry, FaultLog};
 
-/// Maximum number of errors in the history.
-const ERRORS: usize = 8;
 /// Bit of the identifier of SYNC: the node sends it.
 const SENDS_SYNC: u32 = 1 << 30;
 /// Behaviour on an error of communication (0x1029): the network state does not change. The control
@@ -24,8 +23,10 @@ pub(super) struct Communication {
     /// Entry of a client in the consumer heartbeat time (0x1016:2): node id and time, ms.
     client: u32,
     monitor: Monitor,
-    /// Codes of errors, the newest first.
-    errors: Deque<u16, ERRORS>,
+    /// History of errors.
+    pub errors: FaultLog,
+    /// Number of the error that object 0x2021 shows; 1 is the newest one.
+    shown: u8,
 }
 
 impl Communication {
@@ -35,7 +36,8 @@ impl Communication {
             heartbeat_ms: 0,
             client: 0,
             monitor: Monitor::new(0),
-            errors: Deque::new(),
+            errors: FaultLog::default(),
+            shown: 1,
         }
     }
 
@@ -43,15 +45,6 @@ impl Communication {
     pub fn restore(&mut self) {
         self.heartbeat_ms = self.configuration.heartbeat_ms;
         self.client = 0;
-    }
-
-    /// Adds an error to the history.
-    pub fn note_error(&mut self, code: u16) {
-        if self.errors.is_full() {
-            self.errors.pop_back();
-        }
-        // Cannot fail: there is room.
-        let _ = self.errors.push_front(code);
     }
 
     /// Takes note of a heartbeat of another node.
@@ -83,7 +76,10 @@ impl Communication {
 
     /// Whether this is one of the objects.
     pub fn serves(index: u16) -> bool {
-        matches!(index, 0x1003 | 0x1005 | 0x1014 | 0x1016 | 0x1017 | 0x1029)
+        matches!(
+            index,
+            0x1003 | 0x1005 | 0x1014 | 0x1016 | 0x1017 | 0x1029 | 0x2021
+        )
     }
 
     /// Reads an object.
@@ -99,9 +95,9 @@ impl Communication {
         let sends_sync = if guard.is_none() { SENDS_SYNC } else { 0 };
         Ok(match (address.index, address.sub) {
             (0x1003, 0) => Value::new(self.errors.len() as u32, 1),
-            (0x1003, sub) if usize::from(sub) <= ERRORS => {
+            (0x1003, sub) if usize::from(sub) <= ENTRIES => {
                 let error = self.errors.get(usize::from(sub) - 1);
-                Value::new((*error.ok_or(Abort::NoData)?).into(), 4)
+                Value::new(error.ok_or(Abort::NoData)?.error(), 4)
             }
             (0x1005, 0) => Value::new(sends_sync | u32::from(function::SYNC_OR_EMERGENCY), 4),
             (0x1014, 0) => Value::new(emergency.into(), 4),
@@ -111,8 +107,34 @@ impl Communication {
             (0x1017, 0) => Value::new(self.heartbeat_ms.into(), 2),
             (0x1029, 0) => Value::new(1, 1), // highest sub-index
             (0x1029, 1) => Value::new(NO_CHANGE, 1),
+            (0x2021, sub) => self.record(sub).ok_or(Abort::NoSubIndex)?,
             _ => return Err(Abort::NoSubIndex),
         })
+    }
+
+    /// An entry of the record of an error: zeros where the history ends.
+    fn record(&self, sub: u8) -> Option<Value> {
+        let entry = self.errors.get(usize::from(self.shown) - 1);
+        let Entry {
+            code,
+            reset,
+            time,
+            supply_voltage,
+            current,
+            velocity,
+        } = entry.copied().unwrap_or_default();
+        let (number, length) = match sub {
+            0 => (7, 1), // highest sub-index
+            1 => (self.shown.into(), 1),
+            2 => (code.into(), 2),
+            3 => (reset.into(), 1),
+            4 => (time, 4),
+            5 => (supply_voltage.into(), 2),
+            6 => (current.cast_unsigned().into(), 2),
+            7 => (velocity.cast_unsigned(), 4),
+            _ => return None,
+        };
+        Some(Value::new(number, length))
     }
 
     /// Writes a value of the right size.
@@ -139,6 +161,8 @@ impl Communication {
                 self.watch();
             }
             (0x1017, 0) => self.heartbeat_ms = value as u16,
+            (0x2021, 1) if (1..=ENTRIES as u32).contains(&value) => self.shown = value as u8,
+            (0x2021, 1) => return Err(Abort::Range),
             _ => return Err(Abort::ReadOnly),
         }
         Ok(())
@@ -148,7 +172,7 @@ impl Communication {
     pub fn is_writable(address: Address) -> bool {
         matches!(
             (address.index, address.sub),
-            (0x1003 | 0x1017, 0) | (0x1016, 2)
+            (0x1003 | 0x1017, 0) | (0x1016, 2) | (0x2021, 1)
         )
     }
 }

@@ -24,6 +24,7 @@ pub use dictionary::{
 use super::heartbeat::Monitor;
 use super::network::{self, Emergency, NmtCommand, NmtState, function};
 use crate::can::Frame;
+use crate::fault_log::{Circumstances, FaultLog};
 use communication::Communication;
 use controller::{Controller, QUIET};
 use process_data::Pdos;
@@ -169,7 +170,7 @@ impl Core {
                 if !pdo.fits(data) {
                     // A client may send it for ever.
                     if core::mem::replace(&mut self.short, QUIET) == 0 {
-                        self.report(PDO_TOO_SHORT, send);
+                        self.report(PDO_TOO_SHORT, &Circumstances::default(), send);
                     }
                     return;
                 }
@@ -336,11 +337,12 @@ impl Core {
         self.server.answer(&request, &mut objects, now_us)
     }
 
-    /// Adds an error to the history, and sends its emergency message, which a stopped node does
-    /// not. Code 0 says that there is no error any more.
-    pub fn report(&mut self, code: u16, send: &mut impl FnMut(Frame)) {
+    /// Adds an error to the history, with what was measured, and sends its emergency message, which
+    /// a stopped node does not. Code 0 says that there is no error any more.
+    pub fn report(&mut self, code: u16, measured: &Circumstances, send: &mut impl FnMut(Frame)) {
         if code != 0 {
-            self.communication.note_error(code);
+            let time = (self.ticked_us / 1_000) as u32;
+            self.communication.errors.add(code, time, measured);
         }
         if self.state != NmtState::Stopped {
             let node = self.configuration.node_id;
@@ -351,8 +353,13 @@ impl Core {
     /// Takes the condition of the CAN controller in this tick.
     pub fn note_bus(&mut self, condition: Condition, send: &mut impl FnMut(Frame)) {
         if let Some(code) = self.controller.tick(condition) {
-            self.report(code, send);
+            self.report(code, &Circumstances::default(), send);
         }
+    }
+
+    /// Returns the history of errors.
+    pub fn errors(&mut self) -> &mut FaultLog {
+        &mut self.communication.errors
     }
 
     fn answer(&self, answer: Option<[u8; 8]>, send: &mut impl FnMut(Frame)) {

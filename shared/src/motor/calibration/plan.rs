@@ -100,6 +100,8 @@ mod tests {
         let ratings = Ratings {
             pwm_hz: 20_000,
             period: 4_250,
+            highest: 4_250,
+            sampled: 4_250,
             full_scale: 40.0,
         };
         Plan::from_settings(&settings, &ratings, false)

@@ -143,6 +143,12 @@ impl Calibration {
         if let Err(refusal) = self.advance(inputs, &mut excitation) {
             self.state = State::Ended(Err(refusal));
         }
+        if let State::Zero(step) = &self.state {
+            match step.of_open_bridge() {
+                None => excitation.open = true,
+                Some(zero) => self.record.sensing.zero = zero,
+            }
+        }
         excitation.sensing = self.record.sensing;
         match self.state {
             State::Ended(Ok(record)) => Progress::Done(record),

@@ -41,7 +41,8 @@ impl Brushed {
         let half = point.half;
         let counts = |voltage, current| {
             let ideal = mul_high_add(half, voltage, point.counts_per_volt >> 5);
-            mul_high_add(ideal, sign(current), self.dead_time) as u16
+            let compensated = mul_high_add(ideal, sign(current), self.dead_time);
+            compensated.clamp(0, point.highest) as u16
         };
         let compare = [
             counts(voltage, current),

@@ -146,10 +146,11 @@ impl Foc {
         let (sign_a, sign_b) = (sign(current_a), sign(current_b));
         let sign_c = sign(current_a + current_b); // of the current into c
         [
-            mul_high_add(a, sign_a, self.dead_time) as u16,
-            mul_high_add(b, sign_b, self.dead_time) as u16,
-            mul_high_sub(c, sign_c, self.dead_time) as u16,
+            mul_high_add(a, sign_a, self.dead_time),
+            mul_high_add(b, sign_b, self.dead_time),
+            mul_high_sub(c, sign_c, self.dead_time),
         ]
+        .map(|compare| compare.clamp(0, point.highest) as u16)
     }
 }
 

@@ -48,6 +48,8 @@ pub struct Electrical {
     /// When the bridge was open last, a current converter showed more than 2 % of the current limit
     /// plus [`ZERO_ERROR`](super::ZERO_ERROR) of its full scale, for 20 control periods.
     pub wrong_zero: bool,
+    /// The currents of the half bridges did not add up to 0 in most periods: a converter is wrong.
+    pub wrong_sum: bool,
     /// The PWM interrupt ran less than half as often, or more than twice as often, as it must in a
     /// control period.
     pub overrun: bool,
@@ -67,6 +69,8 @@ pub(super) struct Sums {
     /// Sums of the current converters' codes in the periods in which the bridge was open.
     idle: [i32; 2],
     open: u32,
+    /// Periods in which the currents did not add up to 0.
+    unbalanced: u32,
 }
 
 impl Sums {
@@ -75,6 +79,12 @@ impl Sums {
     pub fn add_current(&mut self, current: i32) {
         self.current += i64::from(current);
         self.samples = self.samples.saturating_add(1);
+    }
+
+    /// Adds whether the currents of a period do not add up to 0.
+    #[inline]
+    pub fn add_sum(&mut self, wrong: bool) {
+        self.unbalanced = self.unbalanced.saturating_add(u32::from(wrong));
     }
 
     /// Adds the voltages of a period, 2^24 is full scale, and its current in d, 2^26 is full scale.
@@ -128,6 +138,7 @@ impl Sums {
                 over_current: false,
                 over_voltage: false,
                 wrong_zero: false,
+                wrong_sum: self.unbalanced > samples / 2,
                 overrun: samples < expected / 2 || samples > expected.saturating_mul(2),
             },
         })

@@ -95,6 +95,10 @@ pub enum BridgeDemand {
 /// the bridge stays open. One alone may be a disturbed sample.
 const TRIP_PERIODS: u32 = 2;
 
+/// Part at the end of a converter's range that counts as over-current: two steps of one with 12
+/// bits. 2^30 is full scale.
+const RANGE_END: i32 = 1 << 20;
+
 /// Controller of the motor's kind.
 #[derive(Clone, Debug)]
 enum Motor {
@@ -120,6 +124,8 @@ pub struct CurrentLoop {
     /// scale.
     current_limit: i32,
     over_current: i32,
+    /// The second one on a board that can measure it in both directions.
+    wanted_over_current: i32,
 
     demand: Demand,
     /// PWM periods for which the demand is still valid, and for which a new one is.
@@ -132,6 +138,10 @@ pub struct CurrentLoop {
     over_voltage: bool,
     /// The demand is to brake, and shorts the windings.
     shorted: bool,
+    /// Compare values of the period that ends with the next readings.
+    compares: [u16; 3],
+    /// Largest sum of the currents of all half bridges, which should be 0; 2^30 is full scale.
+    largest_sum: i32,
     /// Measurements since the last call of [`Self::take_means`].
     sums: Sums,
     probe: Probe,
@@ -173,6 +183,8 @@ enum Action {
     Current(i32, i32),
     /// The excitation of the probe.
     Excite,
+    /// The probe measures while the bridge is open.
+    Listen,
 }
 
 impl CurrentLoop {
@@ -248,6 +260,13 @@ impl CurrentLoop {
     pub fn set_sensing(&mut self, sensing: CurrentSensing) {
         self.sensing = sensing;
         self.zero.set(sensing.zero);
+        self.fit_range();
+    }
+
+    /// Lowers the over-current to what the converters show in both directions.
+    fn fit_range(&mut self) {
+        let range = self.sensing.range() - RANGE_END;
+        self.over_current = Ord::min(self.wanted_over_current, range);
     }
 
     /// Adds a current that cancels the cogging torque to every demand from now on. It has this
@@ -279,6 +298,8 @@ impl CurrentLoop {
     pub fn excite(&mut self, excitation: &Excitation, supply_voltage: f32) {
         let action = if self.excess >= TRIP_PERIODS {
             Action::Off
+        } else if excitation.open {
+            Action::Listen
         } else {
             Action::Excite
         };
@@ -290,6 +311,7 @@ impl CurrentLoop {
             no_current: false,
         };
         self.sensing = excitation.sensing;
+        self.fit_range();
         self.probe.excite(excitation, &self.demand.point);
         self.left = self.life;
     }
@@ -349,7 +371,10 @@ impl CurrentLoop {
     /// Takes [`Sums::idle_codes`]. Returns whether the zero of the current converters is wrong.
     fn follow_zero(&mut self, codes: Option<(i32, [i32; 2])>) -> bool {
         let zero = self.zero.update(codes.filter(|_| self.demand.no_current));
-        self.sensing.zero = zero.unwrap_or(self.sensing.zero);
+        if let Some(zero) = zero {
+            self.sensing.zero = zero;
+            self.fit_range();
+        }
         self.zero.is_wrong()
     }
 
@@ -360,13 +385,35 @@ impl CurrentLoop {
         let Dq { d, q } = self.measured;
         let demand = match self.demand.action {
             Action::Current(q, _) => q,
-            Action::Off | Action::Brake | Action::Excite => 0,
+            Action::Off | Action::Brake | Action::Excite | Action::Listen => 0,
         };
         Signals {
             readings: *readings,
             stage,
             currents: [a, b, d << 4, q << 4, demand],
             velocity: self.demand.velocity,
+        }
+    }
+
+    /// Returns the currents of half bridges a and b, and the sum of all. Where a low side conducted too
+    /// briefly for a sample, the current follows from the other ones, and the sum is 0. Half bridge c
+    /// of a brushed motor is not connected. The zero of c is that of b.
+    #[inline]
+    fn currents(&self, readings: &Readings) -> ([i32; 2], i32) {
+        let [a, b] = self.sensing.currents(readings.currents);
+        let c = match (&self.motor, readings.third) {
+            (Motor::Brushed(_), _) => 0,
+            (Motor::ThreePhase(..), Some(code)) => self.sensing.currents([code; 2])[1],
+            (Motor::ThreePhase(..), None) => return ([a, b], 0),
+        };
+        let bad = self
+            .compares
+            .map(|compare| compare > self.fixed.ratings.sampled);
+        match bad {
+            [true, ..] => ([b.saturating_add(c).saturating_neg(), b], 0),
+            [_, true, _] => ([a, a.saturating_add(c).saturating_neg()], 0),
+            [.., true] => ([a, b], 0),
+            _ => ([a, b], a.saturating_add(b).saturating_add(c)),
         }
     }
 
@@ -377,7 +424,7 @@ impl CurrentLoop {
     /// the voltage: it returns nothing to the supply.
     #[inline]
     pub fn period(&mut self, readings: &Readings) -> PowerStage {
-        let currents = self.sensing.currents(readings.currents);
+        let (currents, sum) = self.currents(readings);
         let largest = self.motor.largest(currents);
         let action = if self.left == 0 {
             Action::Off
@@ -385,6 +432,10 @@ impl CurrentLoop {
             self.left -= 1;
             self.demand.action
         };
+        // The currents of an open bridge flow past the shunts.
+        let driven = matches!(action, Action::Current(..));
+        self.sums
+            .add_sum(driven && sum.saturating_abs() > self.largest_sum);
         let too_large = largest > self.over_current;
         let too_high = readings.over_voltage && action != Action::Brake;
         let (stage, current) = match action {
@@ -413,6 +464,11 @@ impl CurrentLoop {
                     self.motor.without_control(currents),
                 )
             }
+            Action::Listen => {
+                self.motor.reset();
+                self.probe.listen(readings);
+                (PowerStage::Off, 0)
+            }
             action => {
                 self.motor.reset();
                 if action != Action::Off && (too_large || too_high) {
@@ -435,6 +491,10 @@ impl CurrentLoop {
             }
         };
         self.sums.add_current(current);
+        self.compares = match stage {
+            PowerStage::Drive(compares) => compares,
+            PowerStage::Off | PowerStage::Brake => [0; 3],
+        };
         stage
     }
 }

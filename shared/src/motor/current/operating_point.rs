@@ -74,6 +74,8 @@ pub struct OperatingPoint {
     pub circle: Circle,
     /// Compare value of half the supply voltage.
     pub half: i32,
+    /// Largest compare value, after the compensation of the dead time.
+    pub highest: i32,
     /// Compare counts per full-scale voltage, times 2^12.
     pub counts_per_volt: i32,
     /// Cosine and sine of the electrical angle by which the rotor turns on until the middle of the
@@ -116,6 +118,7 @@ impl OperatingPoint {
                 0
             }),
             half: i32::from(fixed.ratings.period / 2),
+            highest: i32::from(fixed.ratings.highest),
             counts_per_volt: if usable {
                 to_i32(period / supply_voltage * (VOLTAGE_FULL_SCALE * 4096.0))
             } else {

@@ -47,6 +47,8 @@ pub struct Excitation {
     pub half_period: NonZeroU32,
     /// Offset and gain with which the currents are measured.
     pub sensing: CurrentSensing,
+    /// The bridge is open, and only the codes are measured.
+    pub open: bool,
 }
 
 impl Default for Excitation {
@@ -61,6 +63,7 @@ impl Default for Excitation {
             ripple: [0.0; 2],
             half_period: NonZeroU32::MIN,
             sensing: CurrentSensing::default(),
+            open: false,
         }
     }
 }
@@ -171,6 +174,16 @@ impl Probe {
             rotor: sums.rotor,
             index: None,
         })
+    }
+
+    /// Sums the codes of a period in which the bridge is open.
+    pub fn listen(&mut self, readings: &Readings) {
+        let sums = &mut self.sums;
+        sums.samples += 1;
+        sums.rotor = readings.rotor;
+        for (sum, code) in sums.codes.iter_mut().zip(readings.currents) {
+            *sum += u32::from(code);
+        }
     }
 
     /// Runs one period: computes the compare values. 2^30 is the full scale of the currents.

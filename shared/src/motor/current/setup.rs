@@ -7,6 +7,7 @@ use super::means::Sums;
 use super::operating_point::Fixed;
 use super::zero::ConverterZero;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
+use crate::math::to_i32;
 use crate::motor::bridge::{CurrentSensing, Ratings};
 use crate::motor::halls::COUNTS_PER_ELECTRICAL_TURN;
 use crate::motor::index::Index;
@@ -130,6 +131,10 @@ impl fmt::Display for CurrentLoopError {
     }
 }
 
+/// Largest sum of the currents of all half bridges, as a fraction of the current limit and of full
+/// scale: gains and zeros of the converters are not exact.
+const SUM: f32 = 0.2;
+const SUM_ZERO: f32 = 0.02;
 /// Current at which the bridge opens at once, in current limits.
 const OVER_CURRENT: f32 = 1.5;
 
@@ -216,6 +221,27 @@ impl Config {
 }
 
 impl Config {
+    /// Checks that the converters show 150 % of the current limit in both directions.
+    ///
+    /// # Errors
+    /// [`CurrentLoopError::CurrentTooHigh`].
+    pub fn check_range(
+        &self,
+        sensing: &CurrentSensing,
+        ratings: &Ratings,
+    ) -> Result<(), CurrentLoopError> {
+        // The end of the range is one code below full scale.
+        let range = (sensing.range() + (1 << 15)) as f32 / (1 << 30) as f32;
+        let maximum = range * ratings.full_scale / OVER_CURRENT;
+        if self.current_limit > maximum {
+            return Err(CurrentLoopError::CurrentTooHigh {
+                got: self.current_limit,
+                maximum,
+            });
+        }
+        Ok(())
+    }
+
     /// Creates the controllers of a three-phase motor at a power stage.
     ///
     /// # Errors
@@ -289,15 +315,19 @@ impl CurrentLoop {
         };
         let both = matches!(motor, Motor::ThreePhase(..));
         let per_ampere = (1 << 30) as f32 / ratings.full_scale;
-        Ok(Self {
+        let wanted_over_current = to_i32(OVER_CURRENT * config.current_limit * per_ampere);
+        let mut current_loop = Self {
             motor,
             sensing: CurrentSensing::default(),
             zero: ConverterZero::new(both, config.current_limit / ratings.full_scale),
             fixed: config.fixed(ratings),
             current_limit: (config.current_limit * per_ampere) as i32,
             // The largest code is one below full scale.
-            over_current: ((OVER_CURRENT * config.current_limit * per_ampere) as i32)
-                .min((1 << 30) - (1 << 16)),
+            over_current: wanted_over_current,
+            wanted_over_current,
+            largest_sum: to_i32(
+                (SUM * config.current_limit + SUM_ZERO * ratings.full_scale) * per_ampere,
+            ),
             demand: Demand::default(),
             left: 0,
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
@@ -306,9 +336,12 @@ impl CurrentLoop {
             shorted: false,
             sums: Sums::default(),
             probe: super::probe::Probe::default(),
+            compares: [0; 3],
             measured: Dq::default(),
             compensation: None,
             index: (config.sensor == RotorSensor::Indexed).then(|| Index::new(config.mounting)),
-        })
+        };
+        current_loop.fit_range();
+        Ok(current_loop)
     }
 }

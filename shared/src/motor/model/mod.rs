@@ -24,6 +24,8 @@ use winding::{Supply, Winding};
 pub const POWER_STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 160.0,
 };
 
@@ -217,6 +219,7 @@ impl Motor {
         Readings {
             currents: currents.map(|current| self.code(current)),
             rotor: ((turn * u64::from(self.model.encoder_counts)) >> 32) as u32,
+            third: None,
             over_voltage: false,
         }
     }

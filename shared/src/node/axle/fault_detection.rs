@@ -9,6 +9,7 @@ use crate::bus::cia402::{State, mode};
 use crate::faults::{Fault, Faults, Reaction};
 use crate::math::Turns;
 use crate::motor::back_emf::{Findings, Observed};
+use crate::motor::bridge::BridgeStop;
 
 /// Faults that a reset clears although homing has not been repeated yet.
 const HOMING_FAULTS: Faults = Faults::of(Fault::HomingFailed).or(Faults::of(Fault::HomingMismatch));
@@ -60,6 +61,16 @@ impl Axle {
         // A calibration, which measures the zero, runs without this state.
         if self.state == State::SwitchedOn || self.powered() {
             present.insert_if(Fault::InvalidReading, inputs.electrical.wrong_zero);
+        }
+        if let Some(stop) = inputs.bridge_stop {
+            let powered = self.state == State::SwitchedOn || self.powered();
+            let (fault, counts) = match stop {
+                BridgeStop::SafeTorqueOff => (Fault::SafeTorqueOff, powered),
+                BridgeStop::Comparator => (Fault::ShortCircuit, powered),
+                BridgeStop::Processor => (Fault::ProcessorEvent, powered),
+                BridgeStop::Crash => (Fault::ProcessorEvent, true),
+            };
+            present.insert_if(fault, counts);
         }
         // Also without power: counts that are lost then are lost for good.
         present.insert_if(Fault::EncoderNoise, inputs.encoder_broken);

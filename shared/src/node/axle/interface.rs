@@ -3,6 +3,7 @@
 use super::{AlignmentState, SetPoint, Snapshot};
 use crate::bus::pdo::{DriveMotion, DriveStatus};
 use crate::faults::Faults;
+use crate::motor::bridge::BridgeStop;
 pub use crate::motor::current::BridgeDemand;
 use crate::motor::current::Electrical;
 pub use crate::motor::limits::ActiveLimit;
@@ -17,6 +18,8 @@ pub struct Inputs {
     pub encoder: i32,
     /// The board finds the rotor's sensor broken.
     pub encoder_broken: bool,
+    /// What has opened the bridge without software.
+    pub bridge_stop: Option<BridgeStop>,
     /// Motor current, A, mean over the tick; NaN if no sample was taken.
     pub current: f32,
     /// Further measurements of the bridge.

@@ -180,7 +180,7 @@ impl Watches {
             now.motor.slipped && powered,
             now.noisy && powered,
             now.misaligned,
-            !finite || missing,
+            !finite || missing || now.electrical.wrong_sum,
             !(now.supply_voltage <= bounds.over_voltage),
             !(now.supply_voltage >= bounds.under_voltage),
             hot,

@@ -27,6 +27,7 @@ fn inputs(joint: Option<(f64, f64)>) -> Inputs {
             now_us: 0,
             encoder: 0,
             encoder_broken: false,
+            bridge_stop: None,
             current: 0.0,
             electrical: Electrical::default(),
             supply_voltage: 24.0,

@@ -67,7 +67,7 @@ impl<S: Store> Dictionary for Objects<S> {
     }
 
     fn moves(&self, index: u16) -> bool {
-        let stays = is_capture(index) || settings::serves(index);
+        let stays = is_capture(index) || settings::serves(index) || index == 0x2021;
         matches!(index, 0x1016 | 0x1400..=0x17ff | 0x2000..) && !stays
     }
 
@@ -169,6 +169,7 @@ impl<S: Store> Objects<S> {
             now_us,
             encoder: readings.encoder,
             encoder_broken: readings.encoder_broken,
+            bridge_stop: readings.bridge_stop,
             // NaN: without a sample the current is not known.
             current: means.map_or(f32::NAN, |means| means.current),
             electrical: means.map_or_else(Electrical::default, |means| means.electrical),

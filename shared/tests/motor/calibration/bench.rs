@@ -15,6 +15,8 @@ use tautrack::units::Angle;
 pub const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 64.0,
 };
 pub const SUPPLY: f32 = 24.0;

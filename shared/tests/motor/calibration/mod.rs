@@ -283,3 +283,43 @@ fn random_brushed_motors_are_measured_or_refused_with_the_reason() {
     assert!(refused <= cases(8), "{refused}");
     assert!(worst.current <= 2.0, "{}", worst.current);
 }
+
+#[test]
+fn any_zero_between_25_and_75_percent_of_the_range_is_found() {
+    let mut random = Random(20_261_129);
+    for brushed in [false, true] {
+        // The first motor whose currents fit into the shorter half of the range.
+        let truth = loop {
+            let truth = draw(&mut random, brushed);
+            if truth.current_limit < 12.0 {
+                break truth;
+            }
+        };
+        let calibrate = |zero: [i32; 2]| {
+            let truth = Truth { zero, ..truth };
+            let mut bench = Bench::new(&truth, &truth.config(None), 1);
+            bench.calibrate(&plan(&truth)).0
+        };
+        for zero in [
+            [-16_200, -16_100],
+            [-8_081, -8_081],
+            [0, 16_200],
+            [16_100, 9_000],
+        ] {
+            let record = calibrate(zero).unwrap_or_else(|refusal| panic!("{zero:?}: {refusal}"));
+            for (found, true_zero) in record.sensing.zero.into_iter().zip(zero) {
+                let error = found - 32_768 - true_zero;
+                // A step of the converter is 32 codes.
+                assert!(error.abs() <= 40, "{zero:?}: {error}");
+            }
+        }
+        for zero in [[-16_600, 0], [0, 16_600]] {
+            let refusal = calibrate(zero).expect_err("a zero at the end of the range");
+            let wrong_zero = Quantity::CurrentZero;
+            assert!(
+                matches!(refusal, Refusal::OutOfBounds { quantity, .. } if quantity == wrong_zero),
+                "{zero:?}: {refusal}"
+            );
+        }
+    }
+}

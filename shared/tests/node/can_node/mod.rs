@@ -28,6 +28,8 @@ pub const SERIAL: u32 = 7;
 static RATINGS: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 40.0,
 };
 
@@ -77,6 +79,7 @@ impl Motor for Rotor {
         Readings {
             encoder: self.0,
             encoder_broken: false,
+            bridge_stop: None,
             means: Some(Means {
                 current: 0.0,
                 electrical: Electrical::default(),

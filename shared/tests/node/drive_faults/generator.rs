@@ -513,6 +513,7 @@ impl Generator {
             now_us: self.now_us,
             encoder: (self.angle * COUNTS_PER_RADIAN) as i64 as i32,
             encoder_broken: false,
+            bridge_stop: None,
             current: if glitch {
                 80.0
             } else {

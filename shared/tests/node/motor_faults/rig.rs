@@ -3,7 +3,7 @@
 
 use std::f64::consts::TAU;
 use tautrack::bus::cia402::{State, toward_operation};
-use tautrack::motor::bridge::{PowerStage, Ratings};
+use tautrack::motor::bridge::{BridgeStop, PowerStage, Ratings};
 use tautrack::motor::current::{Config, CurrentLoop};
 use tautrack::motor::halls::Halls;
 use tautrack::motor::model::{Motor, MotorModel, ThreePhaseModel, WindingModel};
@@ -15,6 +15,8 @@ use tautrack::units::Angle;
 pub const STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
+    highest: 4_250,
+    sampled: 4_250,
     full_scale: 160.0,
 };
 const PERIODS: u32 = 20;
@@ -170,6 +172,8 @@ pub struct Rig {
     swapped_leads: bool,
     /// A supply whose voltage the bridge changes.
     pub supply: Option<Supply>,
+    /// What keeps the bridge open.
+    pub bridge_stop: Option<BridgeStop>,
     model: MotorModel,
 }
 
@@ -272,6 +276,7 @@ impl Rig {
             largest_current: 0.0,
             swapped_leads: settings.get(Setting::PhaseOrder) < 0,
             supply: None,
+            bridge_stop: None,
             model,
         }
     }
@@ -341,7 +346,7 @@ impl Rig {
             readings.rotor = halls.update(self.trouble.code(code));
         }
         self.motor.integrate(match self.stage {
-            _ if self.trouble == Trouble::NoTorque => PowerStage::Off,
+            _ if self.trouble == Trouble::NoTorque || self.bridge_stop.is_some() => PowerStage::Off,
             PowerStage::Drive([a, b, c]) if swapped => PowerStage::Drive([b, a, c]),
             stage => stage,
         });
@@ -408,6 +413,7 @@ impl Rig {
             now_us: self.now_us,
             encoder: self.encoder(),
             encoder_broken: self.halls.as_ref().is_some_and(Halls::are_broken),
+            bridge_stop: self.bridge_stop,
             current: means.current,
             electrical: means.electrical,
             supply_voltage: self.supply_voltage,

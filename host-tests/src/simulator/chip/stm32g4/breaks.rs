@@ -4,7 +4,7 @@
 //! A break input with a filter needs the timer's clock. Without clock security, a crystal that
 //! fails stops this clock and the core.
 
-use super::{BDTR, Chip, MOE, PWR, RCC, State, TIM1};
+use super::{BDTR, Chip, FLASH_CONTROL, MOE, PWR, RCC, State, TIM1};
 
 /// Clock security on, in the clock control register.
 const SECURITY: u32 = 1 << 19;
@@ -12,6 +12,9 @@ const SECURITY: u32 = 1 << 19;
 const FAILURE: u32 = 1 << 8;
 /// The register that connects events of the chip with the break.
 pub const SYSCFG_CFGR2: u32 = 0x4001_001c;
+/// Register of the errors of the flash memory, and the flag of one of two bits.
+pub(super) const ERRORS: u32 = FLASH_CONTROL + 0x18;
+const TWO_BITS: u32 = 1 << 31;
 /// Flags of the breaks in the timer's status register: inputs 1 and 2, and the chip.
 const FLAGS: [u32; 3] = [1 << 7, 1 << 8, 1 << 13];
 /// Thresholds of the supply voltage detector, V (data sheet DS12589, PVD0 to PVD6).
@@ -80,7 +83,7 @@ impl State {
 
     /// Level of the line of the interrupt that nothing masks.
     pub(super) fn nmi(&self) -> bool {
-        self.get(RCC + 0x1c) & FAILURE != 0
+        self.get(RCC + 0x1c) & FAILURE != 0 || self.get(ERRORS) & TWO_BITS != 0
     }
 
     /// Write of the register that clears flags of the clocks.
@@ -135,7 +138,11 @@ impl State {
         for event in std::mem::take(&mut self.events.new) {
             chip |= match event {
                 Event::LockUp => connected & 1 != 0,
-                Event::FlashError => connected & 8 != 0,
+                Event::FlashError => {
+                    let errors = self.get(ERRORS) | TWO_BITS;
+                    self.set(ERRORS, errors);
+                    connected & 8 != 0
+                }
             };
         }
         let pin = Some(self.pins().safe_torque_off);
@@ -175,6 +182,11 @@ impl Chip {
     /// Stops the crystal for good.
     pub fn fail_crystal(&mut self) {
         self.state().fail_crystal();
+    }
+
+    /// Makes the crystal work again.
+    pub fn mend_crystal(&mut self) {
+        self.state().events.crystal_failed = false;
     }
 
     /// Switches the watch of the crystal off.

@@ -2,7 +2,7 @@
 
 use super::{Chip, FLASH, PAINT, State, Wiring};
 use rsemu::cpu::arm::v7m::ArmV7m;
-use rsemu::cpu::arm::v7m::sys::fpccr;
+use rsemu::cpu::arm::v7m::sys::{Exception, fpccr};
 use std::sync::MutexGuard;
 use tautrack::can::Frame;
 
@@ -73,6 +73,19 @@ impl Chip {
         let free = &bytes[(static_end - RAM) as usize..];
         let unused = free.iter().take_while(|byte| **byte == PAINT).count();
         (free.len() - unused) as u32
+    }
+
+    /// Makes the stack go on at `end`, and the thread push words on it without an end. Interrupts still
+    /// run.
+    pub fn overflow_stack(&mut self, end: u32) {
+        while self.cpu.current_exception() != Exception(0) {
+            self.run(1);
+        }
+        // `push {r0-r7, lr}`, and back. The bottom of the stack has what the thread left there.
+        let code = RAM + self.part.ram as u32 - 16;
+        self.set_ram(code, &[0xff, 0xb5, 0xfd, 0xe7]);
+        self.cpu.set_pc(code);
+        self.cpu.set_reg(13, end);
     }
 
     /// Connects the CAN transceiver.

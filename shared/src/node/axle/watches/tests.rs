@@ -31,6 +31,7 @@ const GOOD: Readings = Readings {
     electrical: Electrical {
         voltage: None,
         wrong_zero: false,
+        wrong_sum: false,
         direct: 0.0,
         direct_size: 0.0,
         angle: None,
