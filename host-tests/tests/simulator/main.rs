@@ -4,6 +4,7 @@ mod boards_alike;
 mod bus;
 #[path = "../../../shared/tests/support/conformance/mod.rs"]
 mod conformance;
+mod live;
 mod node_log;
 mod programs;
 mod runs;

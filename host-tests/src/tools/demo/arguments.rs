@@ -16,6 +16,10 @@ pub(super) struct Arguments {
     /// Robot whose default scenario, or whose operators' suite, is run
     #[arg(long, value_enum, default_value_t, conflicts_with = "scenario")]
     pub robot: Kind,
+    /// Writes the page on the web, in which one drives the robots, instead of running a scenario:
+    /// page.html in the folder of --out
+    #[arg(long, conflicts_with_all = ["scenario", "suite", "speed", "slcan", "image", "flash"])]
+    pub page: bool,
     /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its
     /// table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]

@@ -14,6 +14,7 @@ mod run;
 use crate::programs::Board;
 use crate::robots::Kind;
 use crate::scenario::Sensors;
+use crate::tools::page;
 use crate::tools::suite::command;
 use crate::tools::suite::operators::Plan;
 use arguments::{Arguments, Suite, Switch};
@@ -37,6 +38,15 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
         Ok(out) => out,
         Err(message) => return fail(&message, USAGE),
     };
+    if arguments.page {
+        return match page::write(&out) {
+            Ok(path) => {
+                println!("{}: open it in a browser", path.display());
+                ExitCode::SUCCESS
+            }
+            Err(message) => fail(&message, 1),
+        };
+    }
     if let Some(suite) = arguments.suite {
         let seed = arguments.seed.unwrap_or(1);
         let default_with_guard = arguments.robot == Kind::default() && arguments.guard.is_none();
