@@ -127,10 +127,12 @@ impl Command {
 
 /// What `cargo demo` needs: the kinds of its nodes decide.
 fn demo(arguments: &[OsString]) -> Vec<Part> {
-    // A suite has no emulated nodes.
     let page = has(arguments, "--page");
-    let host =
-        value(arguments, "--nodes") == Some("host".as_ref()) || has(arguments, "--suite") || page;
+    // None of these has emulated nodes.
+    let host = value(arguments, "--nodes") == Some("host".as_ref())
+        || has(arguments, "--suite")
+        || has(arguments, "--compare")
+        || page;
     let emulated = !host;
     let images = has(arguments, "--image");
     let parts = [

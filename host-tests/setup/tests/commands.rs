@@ -81,13 +81,14 @@ fn the_arguments_decide_what_a_command_needs() {
         let row = row(words.next().unwrap().to_str().unwrap());
         row.needs(&words.collect::<Vec<_>>())
     };
-    let table: [(&str, &[Part]); 18] = [
+    let table: [(&str, &[Part]); 19] = [
         ("demo", &[Target, Qemu]),
         ("demo --nodes qemu --robot hylos", &[Target, Qemu]),
         ("demo --nodes host", &[]),
         ("demo --nodes=host", &[]),
         ("demo --suite hazards", &[]),
         ("demo --page", &[PageTarget]),
+        ("demo --compare", &[]),
         ("demo --help", &[]),
         ("demo-image --image guard", &[Target, Sources, Qemu]),
         ("demo-image --nodes host --image=all", &[Target, Sources]),

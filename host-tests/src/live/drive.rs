@@ -122,7 +122,8 @@ pub struct Drive {
     requested: OperatorRequest,
     /// Number of commands to stop that the guard has received while it was ready.
     stops: u8,
-    arms: bool,
+    /// The request to arm that is to be sent when the guard takes it.
+    arms: Option<OperatorRequest>,
 }
 
 impl Drive {
@@ -160,7 +161,7 @@ impl Drive {
             asked: None,
             requested: OperatorRequest::Stop,
             stops: 0,
-            arms: false,
+            arms: None,
         })
     }
 
@@ -207,10 +208,9 @@ impl Drive {
     /// Requests this from the operator's next command on. A request to arm is sent when the guard
     /// takes it.
     pub fn request(&mut self, request: OperatorRequest) {
-        let arms = [OperatorRequest::Arm, OperatorRequest::ArmOffLevel].contains(&request);
-        self.arms = arms;
-        if !arms {
-            self.asked = Some(request);
+        match request {
+            OperatorRequest::Arm | OperatorRequest::ArmOffLevel => self.arms = Some(request),
+            _ => (self.arms, self.asked) = (None, Some(request)),
         }
     }
 
@@ -299,19 +299,20 @@ impl Drive {
             self.stops = 0;
             return asked;
         }
-        if !self.arms {
+        let Some(arm) = self.arms else {
             return self.requested;
-        }
+        };
         let state = self.run.view().state;
+        // Who puts a robot on a slope knows that it is not level.
         let arm = match self.recorded.terrain {
             Terrain::Slope { .. } => OperatorRequest::ArmOffLevel,
-            _ => OperatorRequest::Arm,
+            _ => arm,
         };
         if self.requested == OperatorRequest::Stop && state == Some(State::Ready) {
             self.stops += 1;
         }
         if state == Some(State::Armed) || self.stops >= STOPS {
-            (self.arms, self.stops) = (false, 0);
+            (self.arms, self.stops) = (None, 0);
             return arm;
         }
         OperatorRequest::Stop

@@ -6,7 +6,7 @@
 
 mod drive;
 mod request;
-mod scene;
+pub mod scene;
 mod session;
 
 pub use drive::{Command, Drive};

@@ -13,7 +13,7 @@ use tautrack::settings::Setting;
 const FACE: f64 = 1e-6;
 
 /// What does not change during a run.
-pub(super) fn still(scenario: &Scenario, plant: &dyn Plant) -> Value {
+pub fn still(scenario: &Scenario, plant: &dyn Plant) -> Value {
     let facts = scenario.kind().facts();
     let part = |part: &Part| match *part {
         Part::Box { centre, size } => json!({ "box": size, "centre": centre }),
@@ -74,7 +74,7 @@ fn levels(scenario: &Scenario) -> Value {
 }
 
 /// The state after the last step.
-pub(super) fn state(drive: &mut Drive) -> Value {
+pub fn state(drive: &mut Drive) -> Value {
     let sample = drive.sample();
     json!({
         "sample": sample,
@@ -88,7 +88,7 @@ pub(super) fn state(drive: &mut Drive) -> Value {
 }
 
 /// Delivered frames: time in ms, sender, identifier and data of each.
-pub(super) fn frames(frames: &mut Vec<BusFrame>) -> Value {
+pub fn frames(frames: &mut Vec<BusFrame>) -> Value {
     let frames = frames.drain(..);
     frames
         .map(|of| {
@@ -103,7 +103,7 @@ pub(super) fn frames(frames: &mut Vec<BusFrame>) -> Value {
 }
 
 /// The ground in an area: lines of x and of y, and the height at each of their crossings.
-pub(super) fn ground(plant: &dyn Plant, area: [[f64; 2]; 2], cell: f64) -> Value {
+pub fn ground(plant: &dyn Plant, area: [[f64; 2]; 2], cell: f64) -> Value {
     let lines = [0, 1].map(|axis: usize| {
         let [from, to] = area[axis];
         let cells = ((to - from) / cell).ceil().clamp(1.0, 400.0) as u32;

@@ -7,10 +7,10 @@ mod unchanged;
 
 use browser::Browser;
 use serde_json::{Value, json};
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+use std::{env, fs};
 use tautrack_host_tests::programs::setup::checkout;
 
 /// Maximum size of the page, bytes.
@@ -79,17 +79,25 @@ fn bytes(text: &str) -> Vec<u8> {
     letters.chunks(4).flat_map(group).collect()
 }
 
-/// Keeps a picture of the page.
+/// Keeps a picture of the page. `TAUTRACK_ACCEPT=1` also replaces that of docs/tour.md.
 fn keep_picture(browser: &mut Browser, name: &str) {
-    let path = folder().join(name).with_extension("png");
-    fs::write(path, bytes(&browser.picture())).expect("a file");
+    let picture = bytes(&browser.picture());
+    let file = Path::new(name).with_extension("png");
+    fs::write(folder().join(&file), &picture).expect("a file");
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    let docs = root.join("docs/tour").join(file);
+    if docs.exists() && env::var_os("TAUTRACK_ACCEPT").is_some() {
+        fs::write(docs, picture).expect("a file");
+    }
 }
 
 impl Browser {
     /// Arms the robot by the key.
     fn arm(&mut self) {
-        self.wait("tautrack.state.sample.received.guard_state === 'ready'");
-        self.press("Enter");
+        self.wait("/ready|armed/.test(tautrack.state.sample.received.guard_state)");
+        if self.evaluate("tautrack.state.sample.received.guard_state") == "ready" {
+            self.press("Enter");
+        }
         self.wait("tautrack.state.sample.received.guard_state === 'armed'");
     }
 
@@ -155,6 +163,8 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         browser.wait("tautrack.command.chassis_deg >= 45");
         browser.key(false, "KeyE");
         browser.key(true, "KeyW");
+        browser.wait("tautrack.state.sample.received.odometry > 0.2");
+        keep_picture(&mut browser, "drive");
         browser.wait("/refuse/.test(document.getElementById('verdict').innerText)");
         let reason = browser.evaluate("document.getElementById('reason').innerText");
         let reason = reason.as_str().expect("a text");
@@ -168,11 +178,13 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         );
         browser.assert_repeats("refused");
 
+        let verdict = "tautrack.state.sample.received.verdict";
         browser.press("Escape");
-        browser.wait("tautrack.state.sample.received.guard_state !== 'armed'");
-        browser.press("KeyR");
-        browser.wait("tautrack.state.sample.received.guard_state === 'ready'");
+        browser.wait(&format!("{verdict} === 'refused: emergency stop'"));
         keep_picture(&mut browser, "stopped");
+        browser.press("KeyR");
+        browser.press("Enter");
+        browser.wait(&format!("{verdict} !== 'refused: emergency stop'"));
         browser.press("Digit0");
         browser.wait("tautrack.state && tautrack.state.sample.time_s < 1");
         browser.arm();

@@ -1,5 +1,8 @@
-//! Tests of a run that somebody drives: it is that of `cargo demo`, and it can be repeated.
+//! Tests of a run that somebody drives: it is that of `cargo demo`, it can be repeated, and the
+//! guard keeps visitors from toppling a robot.
 
+use crate::parallel;
+use crate::unchanged::complete;
 use serde_json::{Value, json};
 use std::fs;
 use tautrack_host_tests::live::Session;
@@ -8,6 +11,7 @@ use tautrack_host_tests::programs::setup::checkout;
 use tautrack_host_tests::robots::Kind;
 use tautrack_host_tests::scenario::Scenario;
 use tautrack_host_tests::simulator::run::{Options, run};
+use tautrack_host_tests::tools::suite::draw::generator::Random;
 
 fn text(file: &str) -> String {
     let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
@@ -157,13 +161,16 @@ fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() 
     page.advance(500);
     page.ask(&json!({ "ask": "emergency_stop" }));
     let state = page.advance(300);
-    assert_ne!(
-        state["sample"]["received"]["guard_state"], "armed",
-        "{state}"
-    );
+    let verdict = &state["sample"]["received"]["verdict"];
+    assert_eq!(verdict, "refused: emergency stop", "{state}");
+    let speed = state["sample"]["truth"]["ground_speed"].as_f64();
+    assert!(speed.is_some_and(|speed| speed.abs() < 0.01), "{state}");
     page.ask(&json!({ "ask": "reset" }));
     page.advance(300);
     page.arm();
+    let state = page.advance(1_000);
+    let speed = state["sample"]["received"]["passed_speed"].as_f64();
+    assert!(speed.is_some_and(|speed| speed > 0.05), "{state}");
     page.assert_repeats("stopped");
 }
 
@@ -227,4 +234,70 @@ fn every_robot_has_a_scene() {
         let count = |key: &str| ground[key].as_array().map_or(0, Vec::len);
         assert_eq!(count("z"), count("x") * count("y"), "{file}");
     }
+}
+
+/// Grounds on which visitors drive, with the robot's section and the largest payload, kg.
+const GROUNDS: [(&str, &str, f64); 8] = [
+    ("staircase.toml", "b2p2", 1.0),
+    ("flat.toml", "b2p2", 2.0),
+    ("legitimate/ramp-25.toml", "b2p2", 1.0),
+    ("hazards/curb-20-cm-front-up.toml", "b2p2", 1.0),
+    ("crawler/slope.toml", "crawler", 5.0),
+    ("crawler/arc.toml", "crawler", 5.0),
+    ("rt-mover/step-10.toml", "rt_mover", 5.0),
+    ("hylos/loop.toml", "", 0.0),
+];
+
+/// Lets a visitor press random keys for half a minute. Returns the run, and whether it toppled.
+fn visit(number: u64) -> (Page, bool) {
+    let mut random = Random::new(&[2026, number]);
+    let (file, robot, most_kg) = GROUNDS[number as usize % GROUNDS.len()];
+    let changes = if robot.is_empty() {
+        json!({ "seed": number })
+    } else {
+        let place = [random.between(-0.1, 0.2), random.between(-0.05, 0.05), random.between(0.0, 0.1)];
+        let mass = random.between(0.0, most_kg);
+        json!({ "seed": number, "robot": { robot: { "payload":
+            { "mass_kg": mass, "place_m": place, "declared": true } } } })
+    };
+    let mut page = Page::start(file, &changes, true);
+    page.arm();
+    let (mut chassis, mut clearance) = (0.0, 0.29);
+    let end = page.advance(0)["sample"]["time_s"].as_f64().expect("a time") + 30.0;
+    loop {
+        let key = |random: &mut Random| [-1.0, 0.0, 1.0, 1.0][random.below(4) as usize];
+        let turn = [-25.0, 0.0, 0.0, 25.0][random.below(4) as usize];
+        chassis += random.between(-30.0, 30.0);
+        clearance += random.between(-0.05, 0.05);
+        let speed = if robot.is_empty() { 0.3 } else { 0.15 };
+        let command = json!({
+            "speed_mps": speed * key(&mut random), "yaw_rate_deg_s": turn, "chassis_deg": chassis,
+            "clearance_m": clearance, "step_m": if random.chance(0.2) { 0.1 } else { 0.0 },
+            "released": random.chance(0.05),
+        });
+        page.ask(&json!({ "command": command }));
+        match random.below(20) {
+            0 => drop(page.ask(&json!({ "ask": "stop" }))),
+            1 => drop(page.ask(&json!({ "ask": "emergency_stop" }))),
+            2 | 3 => drop(page.ask(&json!({ "ask": "reset" }))),
+            _ => drop(page.ask(&json!({ "ask": "arm" }))),
+        }
+        let state = page.advance(100 + random.below(1_500));
+        let truth = &state["sample"]["truth"];
+        let toppled = truth["toppled"] == true;
+        if toppled || truth.get("came_off").is_some() || state["sample"]["time_s"].as_f64() > Some(end) {
+            return (page, toppled);
+        }
+    }
+}
+
+#[test]
+fn no_visitor_topples_a_robot_on_fair_ground() {
+    let visitors: Vec<u64> = (0..if complete() { 200 } else { 8 }).collect();
+    let toppled = parallel::map(&visitors, |number| {
+        let (mut page, toppled) = visit(*number);
+        toppled.then(|| format!("visitor {number}:\n{}", page.save().0))
+    });
+    let toppled: Vec<String> = toppled.into_iter().flatten().collect();
+    assert!(toppled.is_empty(), "{}", toppled.join("\n\n"));
 }

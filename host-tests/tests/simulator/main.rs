@@ -6,6 +6,8 @@ mod bus;
 mod conformance;
 mod live;
 mod node_log;
+#[path = "../../../shared/tests/support/parallel.rs"]
+mod parallel;
 mod programs;
 mod runs;
 mod session;

@@ -155,13 +155,13 @@ function createRenderer(canvas) {
       }
       vec3 c = color.rgb;
       if (grid > 0.) {
-        vec2 g = at.xy / grid, w = fwidth(g), e = abs(fract(g - .5) - .5) / w;
+        vec2 g = at.xy / grid, w = max(fwidth(g), vec2(1e-6)), e = abs(fract(g - .5) - .5) / w;
         float near = 1. - smoothstep(.15, .5, max(w.x, w.y));
         c = mix(c, line, near * smoothstep(.5, .9, N.z) * (1. - min(min(e.x, e.y), 1.)));
       }
-      vec3 ambient = mix(vec3(.40, .39, .37), vec3(.62, .66, .70), N.z * .5 + .5) * light.y;
+      vec3 ambient = mix(vec3(.30, .29, .28), vec3(.45, .48, .52), N.z * .5 + .5) * light.y;
       float shine = pow(max(dot(reflect(-sun, N), V), 0.), 24.) * (grid > 0. ? 0. : .16) * s;
-      vec3 shaded = c * (ambient + d * s * vec3(.78, .75, .68)) + shine;
+      vec3 shaded = c * (ambient + d * s * vec3(.62, .60, .54)) + shine;
       float f = 1. - exp(-pow(length(eye - at) / far, 3.));
       result = vec4(mix(shaded, haze, f), color.a);
     }`);

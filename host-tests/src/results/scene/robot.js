@@ -34,7 +34,7 @@ function createZmp() {
     } else {
       const dt = time - last.time, now = vector.times(vector.minus(cog, last.cog), 1 / dt);
       if (speed) {
-        const raw = vector.times(vector.minus(now, speed), 1 / dt), part = dt / (0.12 + dt);
+        const raw = vector.times(vector.minus(now, speed), 1 / dt), part = dt / (0.25 + dt);
         acceleration = acceleration.map((value, i) => value + (raw[i] - value) * part);
       }
       speed = now;
@@ -301,7 +301,9 @@ function createCamera(canvas, size) {
     const narrow = canvas.clientWidth < canvas.clientHeight ? 1.45 : 1;
     const distance = camera.distance * narrow;
     const up = camera.mode === "top" || pitch > 1.45 ? [Math.cos(yaw + Math.PI), Math.sin(yaw + Math.PI), 0] : [0, 0, 1];
-    return { eye: vector.plus(camera.at, vector.times(away, distance)), at: camera.at, up, angle: .62, far: 9 + 1.5 * distance, reach: 1.6 * size + .4, ratio };
+    // On a narrow screen the guard's texts are above the robot.
+    const at = narrow > 1 ? vector.plus(camera.at, vector.times(up, .09 * distance)) : camera.at;
+    return { eye: vector.plus(at, vector.times(away, distance)), at, up, angle: .62, far: 9 + 1.5 * distance, reach: 1.6 * size + .4, ratio };
   };
   return camera;
 }

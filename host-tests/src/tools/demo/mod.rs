@@ -38,8 +38,16 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
         Ok(out) => out,
         Err(message) => return fail(&message, USAGE),
     };
-    if arguments.page {
-        return match page::write(&out) {
+    if arguments.page || arguments.compare {
+        let written = if arguments.page {
+            page::write(&out)
+        } else {
+            match preparation::scenario(&arguments) {
+                Ok(scenario) => page::compare::write(&scenario, &out),
+                Err(message) => return fail(&message, USAGE),
+            }
+        };
+        return match written {
             Ok(path) => {
                 println!("{}: open it in a browser", path.display());
                 ExitCode::SUCCESS

@@ -51,7 +51,7 @@ function explain(verdict, still) {
     passed: ["free", "The command passes", ""],
     scaled: ["scaled", posture ? "The guard slows the change of posture" : "The guard slows the robot",
       edge === undefined ? `The reason: ${reason}.` : `The robot would come too close to tipping over its ${side} edge: ${near}.`],
-    refused: ["refused", posture ? "The guard refuses the posture" : tripped ? "The guard has tripped" : "The guard refuses the command",
+    refused: reason === "emergency stop" ? ["refused", "Emergency stop", "All drives stop and hold. Reset, then drive on."] : ["refused", posture ? "The guard refuses the posture" : tripped ? "The guard has tripped" : "The guard refuses the command",
       edge === undefined ? `The reason: ${reason}.` : tripped
         ? `It has stopped the robot at its ${side} edge. Reset, then back off or drive away from that edge.`
         : `The robot would tip over its ${side} edge: ${near}. Only motion away from that edge passes.`],
@@ -88,7 +88,7 @@ function readTheme() {
     haze: dark ? [.075, .09, .10] : [.90, .915, .92], ground: dark ? [.22, .245, .255] : [.80, .785, .745],
     line: dark ? [.30, .33, .345] : [.70, .685, .64], light: dark ? .72 : 1,
     body: dark ? [.36, .50, .62] : [.33, .52, .68], second: dark ? [.62, .66, .70] : [.56, .60, .64],
-    tyre: dark ? [.13, .145, .155] : [.17, .18, .19], hub: dark ? [.72, .74, .76] : [.78, .79, .80],
+    tyre: dark ? [.25, .27, .29] : [.17, .18, .19], hub: dark ? [.72, .74, .76] : [.78, .79, .80],
     load: [.80, .42, .16], ghost: dark ? [.9, .45, .9] : [.55, .2, .6], force: dark ? [.55, .82, 1] : [.10, .40, .75],
     cog: dark ? [1, .82, .3] : [.86, .55, 0], zmp: dark ? [.85, .6, 1] : [.52, .22, .72],
     bands: [0, 1, 2, 3].map(band => color(`--band${band}`)),
@@ -137,6 +137,8 @@ async function start(text, changes = {}, script = app.script) {
     await lay();
     showStill();
     app.panel?.start();
+    // These robots sink or fall while their motors are off.
+    if (["rt-mover", "hylos"].includes(still.robot) && !script) arm();
   } finally {
     app.busy = false;
   }
@@ -248,7 +250,10 @@ function raise(amount) {
   showPosture();
 }
 
-function arm() { app.armed = true; act({ ask: "arm" }); }
+// The guard does not home the drives of a robot that is not level, unless the operator confirms it by
+// a second request.
+const refusesToArm = () => app.state?.sample.received.guard_state === "ready" && app.state.requested === "arm";
+function arm() { app.armed = true; act({ ask: refusesToArm() ? "arm_off_level" : "arm" }); }
 function stop() { app.armed = false; Object.assign(app.command, { speed_mps: 0, yaw_rate_deg_s: 0 }); app.keys.clear(); app.stick = [0, 0]; act({ ask: "stop" }); }
 function emergency() { app.armed = false; app.keys.clear(); act({ ask: "emergency_stop" }); }
 function reset() { app.armed = false; act({ ask: "reset" }); }
@@ -305,7 +310,7 @@ function showNow(found) {
   text($("clock"), `${time.toFixed(1)} s`);
   const name = received.guard_state || "";
   text($("state").firstElementChild, name || "starting");
-  text($("state").lastElementChild, STATES[name] ?? "The guard homes the drives and switches them on.");
+  text($("state").lastElementChild, refusesToArm() ? "The guard starts no drive: the robot is not level. Arm again to confirm." : STATES[name] ?? "The guard homes the drives and switches them on.");
   const armed = name === "armed";
   text($("verdict"), !still.guard ? "The filter is off" : armed ? found.title : "");
   $("verdict").className = !still.guard ? "refused" : found.kind;
@@ -317,7 +322,8 @@ function showNow(found) {
     const band = bandOf(margin, still.levels);
     row.style.width = `${Number.isFinite(margin) ? Math.min(100, Math.max(0, margin / .3 * 100)) : 0}%`;
     row.style.background = `var(--band${band})`;
-    text(row.parentElement.nextElementSibling, Number.isFinite(margin) ? `${(margin * 1000).toFixed(0)} mm` : "–");
+    // The guard publishes 10 m where there is no edge.
+    text(row.parentElement.nextElementSibling, margin < 9 ? `${(margin * 1000).toFixed(0)} mm` : "–");
   });
   text($("moment"), truth.toppled ? "The robot has toppled. Restart it." : truth.came_off ? `Off the robot: ${truth.came_off}` : "");
   $("arm").disabled = app.script; $("stop").disabled = app.script; $("reset").disabled = app.script; $("emergency").disabled = app.script;
@@ -371,8 +377,8 @@ const POSTURES = {
     make("label", { class: "row" }, make("input", { type: "checkbox", id: "released", onchange: slack }), " Release the belts (slack)"),
   ],
   clearance: () => [slider("Clearance", "clearance_m", .1, .4, .005, value => `${(value * 100).toFixed(1)} cm`)],
-  step: () => [make("div", { class: "row" }, make("span", {}, "Step up"), make("span", {}, ...[0, .05, .1, .15, .2].map(height =>
-    make("button", { type: "button", "data-step": height, onclick: () => { app.command.step_m = height; showPosture(); } }, height ? `${height * 100} cm` : "none"))))],
+  step: () => [make("div", { class: "row" }, make("span", {}, "Step ahead, cm"), make("span", {}, ...[0, .05, .1, .15, .2].map(height =>
+    make("button", { type: "button", "data-step": height, onclick: () => { app.command.step_m = height; showPosture(); } }, height ? String(height * 100) : "none"))))],
 };
 function slider(name, key, min, max, step, words) {
   const input = make("input", { type: "range", min, max, step, "data-key": key, oninput: () => { app.command[key] = Number(input.value); showPosture(); } });
@@ -468,7 +474,7 @@ function build() {
   $("place").append(...Object.values(groups));
   const attempt = (...run) => start(...run).then(() => text($("refused"), "")).catch(error => text($("refused"), error.message));
   $("place").onchange = event => { app.place = places[event.target.value]; attempt(app.place.text, {}, false).then(() => $("place").blur()); };
-  $("margins").append(...EDGES.flatMap(edge => [make("span", {}, edge), make("i", {}, make("b")), make("span")]));
+  $("margins").append(...EDGES.map(edge => make("div", {}, make("span", {}, edge), make("i", {}, make("b")), make("span"))));
   $("cameras").append(...Object.entries(CAMERAS).map(([mode, name]) => make("button", { "data-mode": mode, onclick: () => {
     if (mode === "orbit") Object.assign(app.camera, { yaw: app.camera.heading - 2.45, pitch: .38 });
     app.camera.mode = mode; showCameras();

@@ -3,8 +3,10 @@
 //!
 //! `page.html` is its frame, `worker.js` runs the module, `drive.js` drives the run, `panel.js`
 //! shows the nodes on the bus from the [`tables`], `canopen.js` is their client and `slcan.js` the
-//! protocol of an adapter. The scene is that of the report.
+//! protocol of an adapter. The scene is in `results`.
+//! [`compare`] makes a page that shows two runs of a scenario.
 
+pub mod compare;
 mod tables;
 
 use crate::programs::setup::build::page_module;

@@ -132,7 +132,7 @@ function createPanel(root, app, link, act, make) {
     showSettings();
   }
   const save = async () => { await bus.transfer(chosen, 0x1010, 1, [0x73, 0x61, 0x76, 0x65]); say("The settings are in the flash memory of the node."); };
-  const restart = () => { bus.send({ id: 0, data: [0x81, chosen] }); say(`Node ${chosen} restarts.`); };
+  const restart = () => { bus.send({ id: 0, data: [0x81, chosen] }); say(`Node ${chosen} restarts. A guard reports a second master: reset it.`); };
   const toFile = () => {
     const lines = tables.settings.filter(row => values.has(row.index)).map(row => `${row.name} = ${values.get(row.index)} # ${row.unit}`);
     const link = make("a", { download: `node-${chosen}.toml`, href: URL.createObjectURL(new Blob([`# Settings of node ${chosen}\n${lines.join("\n")}\n`])) });
@@ -169,7 +169,7 @@ function createPanel(root, app, link, act, make) {
   const SIGNALS = { "current a": 1, "current b": 2, "current d": 3, "current q": 4, demand: 5, "compare a": 6, "compare b": 7, "compare c": 8, rotor: 9, velocity: 10 };
   const pick = make("span", {}, ...["current q", "demand", "compare a", "velocity"].map((first, at) =>
     make("select", { "data-signal": at, "aria-label": `Signal ${at + 1}` }, ...Object.keys(SIGNALS).map(name => make("option", name === first ? { selected: "" } : {}, name)))));
-  const plot = make("canvas", { id: "panel-plot", width: 720, height: 300, hidden: "" }), legend = make("p", { id: "panel-legend" });
+  const plot = make("canvas", { id: "panel-plot", width: 560, height: 360, hidden: "" }), legend = make("p", { id: "panel-legend" });
   async function record() {
     const names = [...pick.children].map(select => select.value);
     await write(0x2060, 2, names.reduce((sum, name, at) => sum + SIGNALS[name] * 2 ** (8 * at), 0), 4);
@@ -197,13 +197,13 @@ function createPanel(root, app, link, act, make) {
     pen.clearRect(0, 0, width, height);
     names.forEach((name, at) => {
       const column = samples.map(sample => sample[at]), low = Math.min(...column), high = Math.max(...column), span = high - low || 1;
-      const top = at * height / 4, room = height / 4 - 16;
+      const top = at * height / 4, room = height / 4 - 24;
       pen.fillStyle = style.color;
-      pen.font = "13px system-ui";
-      pen.fillText(`${name}: ${low.toPrecision(3)} to ${high.toPrecision(3)} ${name.startsWith("current") || name === "demand" ? "A" : name === "velocity" ? "rad/s" : ""}`, 2, top + 12);
+      pen.font = "17px system-ui";
+      pen.fillText(`${name}: ${low.toPrecision(3)} to ${high.toPrecision(3)} ${name.startsWith("current") || name === "demand" ? "A" : name === "velocity" ? "rad/s" : ""}`, 2, top + 16);
       pen.strokeStyle = style.getPropertyValue(`--band${at}`);
       pen.beginPath();
-      column.forEach((value, i) => pen.lineTo(i / (column.length - 1) * width, top + 16 + room * (1 - (value - low) / span)));
+      column.forEach((value, i) => pen.lineTo(i / (column.length - 1) * width, top + 22 + room * (1 - (value - low) / span)));
       pen.stroke();
     });
     legend.textContent = `${(samples.length * step).toFixed(0)} ms`;
