@@ -325,7 +325,7 @@ impl Drive {
     pub fn save(&self) -> Result<String, String> {
         let mut description = self.recorded.clone();
         // Half a step more: the number of whole steps is that of the run.
-        description.duration_s = (self.steps as f64 + 0.5) * 1e-3;
+        description.duration_s = (self.steps as f64 + 0.5) / 1e3;
         toml::to_string(&description).map_err(|error| error.to_string())
     }
 

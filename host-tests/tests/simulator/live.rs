@@ -255,7 +255,11 @@ fn visit(number: u64) -> (Page, bool) {
     let changes = if robot.is_empty() {
         json!({ "seed": number })
     } else {
-        let place = [random.between(-0.1, 0.2), random.between(-0.05, 0.05), random.between(0.0, 0.1)];
+        let place = [
+            random.between(-0.1, 0.2),
+            random.between(-0.05, 0.05),
+            random.between(0.0, 0.1),
+        ];
         let mass = random.between(0.0, most_kg);
         json!({ "seed": number, "robot": { robot: { "payload":
             { "mass_kg": mass, "place_m": place, "declared": true } } } })
@@ -263,7 +267,10 @@ fn visit(number: u64) -> (Page, bool) {
     let mut page = Page::start(file, &changes, true);
     page.arm();
     let (mut chassis, mut clearance) = (0.0, 0.29);
-    let end = page.advance(0)["sample"]["time_s"].as_f64().expect("a time") + 30.0;
+    let end = page.advance(0)["sample"]["time_s"]
+        .as_f64()
+        .expect("a time")
+        + 30.0;
     loop {
         let key = |random: &mut Random| [-1.0, 0.0, 1.0, 1.0][random.below(4) as usize];
         let turn = [-25.0, 0.0, 0.0, 25.0][random.below(4) as usize];
@@ -285,7 +292,10 @@ fn visit(number: u64) -> (Page, bool) {
         let state = page.advance(100 + random.below(1_500));
         let truth = &state["sample"]["truth"];
         let toppled = truth["toppled"] == true;
-        if toppled || truth.get("came_off").is_some() || state["sample"]["time_s"].as_f64() > Some(end) {
+        if toppled
+            || truth.get("came_off").is_some()
+            || state["sample"]["time_s"].as_f64() > Some(end)
+        {
             return (page, toppled);
         }
     }

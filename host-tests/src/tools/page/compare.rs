@@ -72,7 +72,9 @@ fn run(scenario: &Scenario, area: &mut [[f64; 2]; 2]) -> Result<Value, String> {
     let mut end = (scenario.duration_s * 1e3) as u64;
     let mut states = Vec::new();
     while drive.steps() < end {
-        drive.step(&mut Nothing).map_err(|error| error.to_string())?;
+        drive
+            .step(&mut Nothing)
+            .map_err(|error| error.to_string())?;
         let truth = drive.plant().truth();
         if truth.toppled || truth.came_off.is_some() {
             end = end.min(drive.steps() + AFTER_TOPPLING);
@@ -88,7 +90,11 @@ fn run(scenario: &Scenario, area: &mut [[f64; 2]; 2]) -> Result<Value, String> {
         }
     }
     let truth = drive.plant().truth();
-    let outcome = if truth.toppled { "toppled" } else { "did not topple" };
+    let outcome = if truth.toppled {
+        "toppled"
+    } else {
+        "did not topple"
+    };
     Ok(json!({ "states": states, "hash": drive.hash(), "outcome": outcome }))
 }
 
@@ -99,7 +105,9 @@ fn round(value: &mut Value) {
             let rounded = number.as_f64().map(|value| (value * 1e4).round() * 1e-4);
             *value = rounded.map_or(Value::Null, |value| {
                 // The shortest decimals of the product.
-                format!("{value:.4}").parse::<f64>().map_or(Value::Null, Value::from)
+                format!("{value:.4}")
+                    .parse::<f64>()
+                    .map_or(Value::Null, Value::from)
             });
         }
         Value::Array(values) => values.iter_mut().for_each(round),

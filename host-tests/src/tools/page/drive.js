@@ -41,8 +41,10 @@ link.worker.onmessage = ({ data }) => {
 // What the guard's verdict means, in a sentence. The first part is the effect, the second the reason.
 const EDGE_WORDS = { "backward margin": 0, "forward margin": 1, "left margin": 2, "right margin": 3 };
 const SIDES = ["rear", "front", "left", "right"];
-function explain(verdict, still) {
-  const [effect, reason = ""] = verdict.split(": ");
+function explain(verdict, { asked_speed: asked = 0, passed_speed: passed = 0 } = {}) {
+  let [effect, reason = ""] = verdict.split(": ");
+  // A speed that is scaled to nothing.
+  if (effect === "scaled" && Math.abs(asked) > .03 && Math.abs(passed) < .005) effect = "refused";
   const posture = reason.startsWith("posture, "), tripped = reason.startsWith("tripped, ");
   const edge = EDGE_WORDS[reason.replace(/^(posture|tripped), /, "")];
   const side = edge === undefined ? "" : SIDES[edge];
@@ -204,11 +206,11 @@ function take(state) {
   app.scene.update(state);
   const { received, time_s: time, truth } = state.sample;
   for (const { level, text, injected } of received.events) note(time, injected ? "error" : level, text);
-  const found = explain(received.verdict || "passed", app.still);
+  const found = explain(received.verdict || "passed", received);
   const held = found.effect !== "passed" && received.guard_state === "armed";
   if (held && app.explained !== received.verdict) {
     app.explained = received.verdict;
-    note(time, found.kind === "refused" ? "error" : "warning", `guard: ${received.verdict}`);
+    note(time, "warning", `guard: ${received.verdict}`);
   } else if (!held) app.explained = null;
   if (truth.toppled && !app.toppled) note(time, "error", "The robot has toppled.");
   app.toppled = truth.toppled;
