@@ -46,16 +46,16 @@ impl Page {
         self.ask(&json!({ "advance": steps }))
     }
 
-    /// Arms the robot. Returns the first state in which it is armed.
-    fn arm(&mut self) -> Value {
+    /// Arms the robot. Returns the first state in which it is armed; `None` if the guard refuses.
+    fn tries_to_arm(&mut self) -> Option<Value> {
         self.ask(&json!({ "ask": "arm" }));
-        for _ in 0..200 {
-            let state = self.advance(100);
-            if state["sample"]["received"]["guard_state"] == "armed" {
-                return state;
-            }
-        }
-        panic!("it is not armed: {}", self.advance(1));
+        let mut states = (0..120).map(|_| self.advance(100));
+        states.find(|state| state["sample"]["received"]["guard_state"] == "armed")
+    }
+
+    fn arm(&mut self) -> Value {
+        let armed = self.tries_to_arm();
+        armed.unwrap_or_else(|| panic!("it is not armed: {}", self.advance(1)))
     }
 
     /// Saves the run. Returns scenario and hash.
@@ -242,9 +242,9 @@ const GROUNDS: [(&str, &str, f64); 8] = [
     ("flat.toml", "b2p2", 2.0),
     ("legitimate/ramp-25.toml", "b2p2", 1.0),
     ("hazards/curb-20-cm-front-up.toml", "b2p2", 1.0),
-    ("crawler/slope.toml", "crawler", 5.0),
-    ("crawler/arc.toml", "crawler", 5.0),
-    ("rt-mover/step-10.toml", "rt_mover", 5.0),
+    ("crawler/slope.toml", "crawler", 0.3),
+    ("crawler/arc.toml", "crawler", 0.5),
+    ("rt-mover/step-10.toml", "rt_mover", 3.0),
     ("hylos/loop.toml", "", 0.0),
 ];
 
@@ -256,8 +256,8 @@ fn visit(number: u64) -> (Page, bool) {
         json!({ "seed": number })
     } else {
         let place = [
-            random.between(-0.1, 0.2),
             random.between(-0.05, 0.05),
+            random.between(-0.03, 0.03),
             random.between(0.0, 0.1),
         ];
         let mass = random.between(0.0, most_kg);
@@ -265,7 +265,9 @@ fn visit(number: u64) -> (Page, bool) {
             { "mass_kg": mass, "place_m": place, "declared": true } } } })
     };
     let mut page = Page::start(file, &changes, true);
-    page.arm();
+    if page.tries_to_arm().is_none() {
+        return (page, false);
+    }
     let (mut chassis, mut clearance) = (0.0, 0.29);
     let end = page.advance(0)["sample"]["time_s"]
         .as_f64()

@@ -62,7 +62,7 @@ function begin(data) {
   if (!app.renderer) throw new Error("This browser has no WebGL 2.");
   app.scene = createScene(app.renderer, data.still);
   app.scene.setGround(data.ground, null);
-  const size = { b2p2: .95, crawler: .75, hylos: .8, "rt-mover": .75 }[data.still.robot] || 1;
+  const size = { b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 }[data.still.robot] || 1;
   app.camera = createCamera($("view"), size);
   app.camera.mode = "side";
   app.camera.changed = showCameras;

@@ -130,7 +130,7 @@ async function start(text, changes = {}, script = app.script) {
     app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false };
     app.fast = { b2p2: .15, crawler: .15, hylos: .3, "rt-mover": .12 }[still.robot] || .15;
     app.scene = createScene(app.renderer, still);
-    const size = { b2p2: .95, crawler: .75, hylos: .8, "rt-mover": .75 }[still.robot] || 1;
+    const size = { b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 }[still.robot] || 1;
     app.camera ??= createCamera($("view"), size);
     Object.assign(app.camera, { at: null, heading: 0, distance: app.camera.mode === "orbit" ? app.camera.distance : 3.4 * size });
     app.camera.changed = showCameras;

@@ -66,7 +66,7 @@ impl Plant for Crawler {
         let ends = [(-0.5, 0.5), (0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)];
         let hull = Part::Box {
             centre: [0.0, 0.0, p.cog[2]],
-            size: p.extent,
+            size: [p.extent[0], p.track_spacing - p.track_width, p.extent[2]],
         };
         vec![BodyShape {
             name: "body",
