@@ -2,8 +2,8 @@
 //! and tools. No part of it runs on a robot.
 //!
 //! A module uses only modules to its left: [`bounds`], [`programs`], [`world`], [`robots`],
-//! [`scenario`], [`simulator`], [`results`], [`live`], [`tools`]. `tests/tools/layers.rs` reads the `use`
-//! lines and checks this.
+//! [`scenario`], [`simulator`], [`results`], [`live`], [`tools`]. `tests/tools/layers.rs` reads the
+//! `use` lines and checks this.
 
 pub mod bounds;
 pub mod live;

@@ -35,8 +35,8 @@ pub struct Ask {
     pub request: OperatorRequest,
 }
 
-/// A running script. It is made when the guard is armed, or at power-up, and takes all reference values ("since
-/// arming") at that moment.
+/// A running script. It is made when the guard is armed, or at power-up, and takes all reference
+/// values ("since arming") at that moment.
 #[derive(Clone, Debug)]
 pub struct Script {
     operator: Operator,

@@ -1,6 +1,6 @@
 //! The commands: [`demo`], [`suite`], [`evaluate`], [`cost`], [`tool`], [`flash_node`], and
-//! [`generate`], which writes the reference pages. [`page`] makes the page on the web. With the feature `image`, `footprint` measures
-//! the memory of the motor board's programs.
+//! [`generate`], which writes the reference pages. [`page`] makes the page on the web. With the
+//! feature `image`, `footprint` measures the memory of the motor board's programs.
 
 pub mod cost;
 pub mod demo;

@@ -325,3 +325,33 @@ fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
         browser.assert_no_errors();
     });
 }
+
+#[test]
+fn the_comparison_shows_a_robot_that_topples_without_the_guard() {
+    unless_unchanged("compare", || {
+        let out = folder();
+        let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+        let scenario = root.join("host-tests/scenarios/staircase-front-kept-up.toml");
+        let text = |path: &Path| path.to_str().expect("text").to_owned();
+        demo(&[
+            "--compare",
+            "--scenario",
+            &text(&scenario),
+            "--out",
+            &text(&out),
+        ]);
+        let profile = out.join("compare");
+        let _ = fs::remove_dir_all(&profile);
+        let mut browser = Browser::start(&profile);
+        browser.dress(DESKTOP, false);
+        browser.open(&out.join("compare.html"));
+        browser.wait("window.tautrack?.frames.length > 3");
+        let outcomes = browser.evaluate("tautrack.runs.map(run => run.outcome)");
+        assert_eq!(outcomes, json!(["did not topple", "toppled"]));
+        browser.evaluate("seek(tautrack.end * 0.9)");
+        browser.evaluate("zoomTo(10, tautrack.end)");
+        browser.evaluate("new Promise(done => setTimeout(done, 500))");
+        keep_picture(&mut browser, "compared");
+        browser.assert_no_errors();
+    });
+}

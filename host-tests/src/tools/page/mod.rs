@@ -12,6 +12,9 @@ mod tables;
 use crate::programs::setup::build::page_module;
 use crate::programs::setup::checkout;
 use crate::results::report::SCENE;
+use crate::robots::Kind;
+use crate::tools::robot;
+use clap::ValueEnum;
 use miniz_oxide::deflate::compress_to_vec_zlib;
 use serde_json::{Value, json};
 use std::fs;
@@ -21,33 +24,6 @@ use std::path::{Path, PathBuf};
 const FILE: &str = "page.html";
 /// Level of the compression, 0 to 10.
 const LEVEL: u8 = 9;
-
-/// Robots, their grounds, and the files with their scenarios. The first one is shown first.
-const PLACES: [(&str, &str, &str); 15] = [
-    ("B2P2", "stairs", "staircase.toml"),
-    ("B2P2", "level ground", "flat.toml"),
-    ("B2P2", "curb of 20 cm", "hazards/curb-20-cm-front-up.toml"),
-    (
-        "B2P2",
-        "curb of 30 cm, long belts",
-        "curb-30-cm-released.toml",
-    ),
-    ("B2P2", "stairs down", "legitimate/descent.toml"),
-    ("B2P2", "ramp of 25°", "legitimate/ramp-25.toml"),
-    ("B2P2", "slope across, 20°", "legitimate/side-slope-20.toml"),
-    ("RT-Mover", "step of 10 cm", "rt-mover/step-10.toml"),
-    ("RT-Mover", "step of 15 cm", "rt-mover/step-15.toml"),
-    ("RT-Mover", "step of 20 cm", "rt-mover/step-20.toml"),
-    ("Hylos", "hillside of 41°", "hylos/loop.toml"),
-    ("Hylos", "slope", "hylos/hazards/quick-turn-uphill.toml"),
-    ("Crawler", "level ground", "crawler/arc.toml"),
-    ("Crawler", "slope of 20°", "crawler/slope.toml"),
-    (
-        "Crawler",
-        "slope of 20°, weak soil",
-        "crawler/slope-weak-soil.toml",
-    ),
-];
 
 /// Writes the page into a folder. Returns its path.
 ///
@@ -74,7 +50,7 @@ fn page(module: &[u8]) -> Result<String, String> {
     let tables = in_script(&tables);
     let canopen = include_str!("canopen.js");
     let worker = format!("{canopen}\n{}", include_str!("worker.js"));
-    let [gl, robot] = SCENE;
+    let [gl, scene] = SCENE;
     let parts = [
         ("{{style}}", include_str!("page.css")),
         ("{{places}}", &places),
@@ -83,7 +59,7 @@ fn page(module: &[u8]) -> Result<String, String> {
         ("{{canopen}}", canopen),
         ("{{slcan}}", include_str!("slcan.js")),
         ("{{gl}}", gl),
-        ("{{robot}}", robot),
+        ("{{robot}}", scene),
         ("{{panel}}", include_str!("panel.js")),
         ("{{drive}}", include_str!("drive.js")),
         ("{{module}}", &packed),
@@ -99,16 +75,20 @@ fn in_script(value: &Value) -> String {
     value.to_string().replace('<', "\\u003c")
 }
 
-/// Robots and grounds with the text of their scenarios.
+/// Robots and grounds with the text of their scenarios. The first one is shown first.
 fn places() -> Result<Value, String> {
     let root = checkout::root().map_err(|error| error.to_string())?;
-    let place = |(robot, ground, file): &(&str, &str, &str)| {
-        let path = root.join("host-tests/scenarios").join(file);
-        let text =
-            fs::read_to_string(&path).map_err(|error| format!("{}: {error}", path.display()))?;
-        Ok(json!({ "robot": robot, "ground": ground, "text": text }))
-    };
-    PLACES.iter().map(place).collect()
+    let mut places = Vec::new();
+    for kind in Kind::value_variants() {
+        for (ground, file) in robot::places(*kind) {
+            let path = root.join("host-tests/scenarios").join(file);
+            let text = fs::read_to_string(&path)
+                .map_err(|error| format!("{}: {error}", path.display()))?;
+            let robot = kind.facts().name;
+            places.push(json!({ "robot": robot, "ground": ground, "text": text }));
+        }
+    }
+    Ok(places.into())
 }
 
 /// Encodes bytes in base 64 (RFC 4648).

@@ -1,4 +1,5 @@
-//! Tables of the panel: settings, faults and objects of the nodes, from the sources of the EDS files.
+//! Tables of the panel: settings, faults and objects of the nodes, from the sources of the EDS
+//! files.
 
 use crate::tools::generate::dictionary::model::{Access, Dictionary};
 use crate::tools::generate::{ReferenceError, dictionaries};
