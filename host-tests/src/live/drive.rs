@@ -120,6 +120,9 @@ pub struct Drive {
     /// Requests that wait for the operator's next command.
     asked: Option<OperatorRequest>,
     requested: OperatorRequest,
+    /// Number of commands for which the request is still kept before a request to arm: the guard
+    /// takes one that persists.
+    kept: u8,
     /// Number of commands to stop that the guard has received while it was ready.
     stops: u8,
     /// The request to arm that is to be sent when the guard takes it.
@@ -160,6 +163,7 @@ impl Drive {
             commanded: command,
             asked: None,
             requested: OperatorRequest::Stop,
+            kept: 0,
             stops: 0,
             arms: None,
         })
@@ -296,8 +300,12 @@ impl Drive {
     /// guard that is not takes one that follows requests to stop.
     fn next_request(&mut self) -> OperatorRequest {
         if let Some(asked) = self.asked.take() {
-            self.stops = 0;
+            (self.stops, self.kept) = (0, STOPS);
             return asked;
+        }
+        if self.kept > 0 {
+            self.kept -= 1;
+            return self.requested;
         }
         let Some(arm) = self.arms else {
             return self.requested;

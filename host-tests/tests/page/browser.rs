@@ -1,4 +1,4 @@
-//! A browser without a window, driven through its DevTools protocol over a pipe: Chromium reads
+//! A browser without a window, driven through its `DevTools` protocol over a pipe: Chromium reads
 //! requests from its file descriptor 3 and writes answers and events to 4, with a 0 behind each.
 
 use serde_json::{Value, json};
@@ -59,7 +59,8 @@ impl Browser {
         let target = &page.expect("a page")["targetId"];
         let attached = json!({ "targetId": target, "flatten": true });
         let attached = browser.call("Target.attachToTarget", &attached);
-        browser.session = attached["sessionId"].as_str().expect("an id").to_owned();
+        let session = attached["sessionId"].as_str().expect("an id");
+        session.clone_into(&mut browser.session);
         for domain in ["Page", "Runtime", "Log"] {
             browser.call(&format!("{domain}.enable"), &json!({}));
         }

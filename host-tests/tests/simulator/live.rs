@@ -165,10 +165,10 @@ fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() 
     assert_eq!(verdict, "refused: emergency stop", "{state}");
     let speed = state["sample"]["truth"]["ground_speed"].as_f64();
     assert!(speed.is_some_and(|speed| speed.abs() < 0.01), "{state}");
+    // One right after the other.
     page.ask(&json!({ "ask": "reset" }));
-    page.advance(300);
     page.arm();
-    let state = page.advance(1_000);
+    let state = page.advance(2_000);
     let speed = state["sample"]["received"]["passed_speed"].as_f64();
     assert!(speed.is_some_and(|speed| speed > 0.05), "{state}");
     page.assert_repeats("stopped");
