@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 use tautrack_host_tests::programs::setup::{BROWSER, Part, ensure};
 
 /// Maximum time to wait for anything; other programs may use the computer at the same time.
-const LIMIT: Duration = Duration::from_mins(3);
+const LIMIT: Duration = Duration::from_mins(6);
 /// Switches: everything that talks to a network or needs a display is off.
 const SWITCHES: &str = "--headless --no-sandbox --no-first-run --disable-quic \
     --disable-background-networking --disable-component-update --disable-sync \

