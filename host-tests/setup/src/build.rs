@@ -3,7 +3,7 @@
 
 use super::checkout::{NoCheckout, root};
 use super::machine::{commit, library_folder};
-use super::{Missing, Part, TARGET, ensure};
+use super::{Missing, PAGE_TARGET, Part, TARGET, ensure};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -115,6 +115,33 @@ pub fn folder_of(recipe: &Recipe, programs: &[&str]) -> Result<PathBuf, BuildErr
     Ok(folder)
 }
 
+/// Builds the module of the page on the web and returns its path. Returns quickly if nothing has
+/// changed. Installs what the build needs.
+///
+/// # Errors
+/// [`BuildError`], with cargo's last lines if the build fails.
+pub fn page_module() -> Result<PathBuf, BuildError> {
+    let root = root().map_err(BuildError::NoCheckout)?;
+    ensure(&[Part::PageTarget]).map_err(BuildError::Missing)?;
+    let folder = root.join("target/page");
+    let output = cargo()
+        .args(["build", "--locked", "--package", "tautrack-host-tests"])
+        .args(["--bin", "page", "--features", "page", "--profile", "page"])
+        .args(["--target", PAGE_TARGET, "--target-dir"])
+        .arg(&folder)
+        .current_dir(root)
+        .output()
+        .map_err(BuildError::Cargo)?;
+    if !output.status.success() {
+        let output = last_lines(&String::from_utf8_lossy(&output.stderr));
+        return Err(BuildError::Failed {
+            board: "the page".to_owned(),
+            output,
+        });
+    }
+    Ok(folder.join(PAGE_TARGET).join("page/page.wasm"))
+}
+
 /// What this computer needs to build the programs and to run them.
 fn needs(recipe: &Recipe) -> &'static [Part] {
     if recipe.small_library {
@@ -134,13 +161,19 @@ pub const FLASHED_LOG: &str = "info,embassy_stm32=off";
 /// and the code that passes them on, would take 15 KB.
 const SMALL_FLAGS: [&str; 2] = ["-Cpanic=immediate-abort", "-Zunstable-options"];
 
-fn command(recipe: &Recipe, root: &Path, target_folder: &Path) -> Command {
+/// Cargo, without the variables that the cargo around this program has set.
+fn cargo() -> Command {
     let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     for (name, _) in env::vars_os() {
         if changes_a_build(&name) {
             command.env_remove(name);
         }
     }
+    command
+}
+
+fn command(recipe: &Recipe, root: &Path, target_folder: &Path) -> Command {
+    let mut command = cargo();
     command.arg("build");
     command.args(["--package", "tautrack-firmware"]);
     command

@@ -127,12 +127,17 @@ impl Command {
 
 /// What `cargo demo` needs: the kinds of its nodes decide.
 fn demo(arguments: &[OsString]) -> Vec<Part> {
-    // A suite has no emulated nodes.
-    let host = value(arguments, "--nodes") == Some("host".as_ref()) || has(arguments, "--suite");
+    let page = has(arguments, "--page");
+    // None of these has emulated nodes.
+    let host = value(arguments, "--nodes") == Some("host".as_ref())
+        || has(arguments, "--suite")
+        || has(arguments, "--compare")
+        || page;
     let emulated = !host;
     let images = has(arguments, "--image");
     let parts = [
         (Part::Target, emulated || images),
+        (Part::PageTarget, page),
         (Part::Sources, images),
         (Part::Qemu, emulated),
     ];

@@ -18,8 +18,12 @@ pub use plan::{Facts, Missing, Part, Rights, Step};
 
 /// Compiler target of all boards: Cortex-M4 with its floating-point unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
+/// Compiler target of the module in the page on the web.
+pub const PAGE_TARGET: &str = "wasm32-unknown-unknown";
 /// Name of the emulator's program.
 pub const QEMU: &str = "qemu-system-arm";
+/// Name of the browser, which the tests of the page use.
+pub const BROWSER: &str = "chromium";
 /// Name of the program that talks to a debug probe.
 pub const PROBE_RS: &str = "probe-rs";
 

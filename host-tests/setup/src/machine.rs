@@ -2,7 +2,7 @@
 
 use super::checkout::root;
 use super::plan::{Facts, Rights, Step};
-use super::{PROBE_RS, QEMU, TARGET};
+use super::{BROWSER, PAGE_TARGET, PROBE_RS, QEMU, TARGET};
 use std::ffi::OsStr;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -13,9 +13,11 @@ pub fn facts() -> Facts {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     Facts {
         target_library: library(&rustc, TARGET),
+        page_library: library(&rustc, PAGE_TARGET),
         library_sources: library_sources(&rustc),
         rustup: succeeds(&["rustup", "--version"]),
         qemu: succeeds(&[QEMU, "--version"]),
+        browser: succeeds(&[BROWSER, "--version"]),
         probe_rs: succeeds(&[PROBE_RS, "--version"]),
         apt: succeeds(&["apt-get", "--version"]),
         rights: rights(),

@@ -1,6 +1,6 @@
 //! Decides from given facts what to install so that a command has all that it needs.
 
-use super::{PROBE_RS, QEMU, TARGET};
+use super::{BROWSER, PAGE_TARGET, PROBE_RS, QEMU, TARGET};
 use std::fmt;
 
 /// Command that installs rustup, as its makers publish it.
@@ -11,10 +11,14 @@ pub const RUSTUP: &str = "curl --proto '=https' --tlsv1.2 -sSf https://sh.rustup
 pub enum Part {
     /// Library of the boards' target, [`TARGET`].
     Target,
+    /// Library of the target of the page on the web, [`PAGE_TARGET`].
+    PageTarget,
     /// Sources of Rust's library, which flash images compile with themselves.
     Sources,
     /// The emulator.
     Qemu,
+    /// The browser in which tests open the page.
+    Browser,
     /// The program that talks to a debug probe. It is never installed automatically, because it
     /// compiles for minutes.
     ProbeRs,
@@ -25,8 +29,18 @@ impl Part {
     fn of_rustup(self) -> Option<[&'static str; 3]> {
         match self {
             Self::Target => Some(["target", "add", TARGET]),
+            Self::PageTarget => Some(["target", "add", PAGE_TARGET]),
             Self::Sources => Some(["component", "add", "rust-src"]),
-            Self::Qemu | Self::ProbeRs => None,
+            Self::Qemu | Self::Browser | Self::ProbeRs => None,
+        }
+    }
+
+    /// Debian package with the part; `None` if there is none.
+    fn package(self) -> Option<&'static str> {
+        match self {
+            Self::Qemu => Some(QEMU),
+            Self::Browser => Some(BROWSER),
+            _ => None,
         }
     }
 }
@@ -35,8 +49,10 @@ impl fmt::Display for Part {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         f.write_str(match self {
             Self::Target => "the library of the nodes' target",
+            Self::PageTarget => "the library of the page's target",
             Self::Sources => "the sources of Rust's library, which flash images are built from",
             Self::Qemu => "the emulator",
+            Self::Browser => "the browser of the tests",
             Self::ProbeRs => PROBE_RS,
         })
     }
@@ -57,12 +73,16 @@ pub enum Rights {
 pub struct Facts {
     /// The compiler in use has the library of the boards' target.
     pub target_library: bool,
+    /// The compiler in use has the library of the page's target.
+    pub page_library: bool,
     /// The compiler in use has the sources of the library.
     pub library_sources: bool,
     /// rustup is installed and has not failed.
     pub rustup: bool,
     /// The emulator is installed.
     pub qemu: bool,
+    /// Chromium is installed.
+    pub browser: bool,
     /// probe-rs is installed.
     pub probe_rs: bool,
     /// apt-get of Debian and its derivatives is installed and has not failed.
@@ -78,8 +98,10 @@ impl Facts {
     fn has(self, part: Part) -> bool {
         match part {
             Part::Target => self.target_library,
+            Part::PageTarget => self.page_library,
             Part::Sources => self.library_sources,
             Part::Qemu => self.qemu,
+            Part::Browser => self.browser,
             Part::ProbeRs => self.probe_rs,
         }
     }
@@ -92,8 +114,10 @@ impl Facts {
         if self.rustup && part.of_rustup().is_some() {
             return Some(Step::Rustup(part));
         }
-        let rights = self.rights.filter(|_| self.apt && part == Part::Qemu)?;
-        Some(Step::Qemu(rights))
+        let rights = self
+            .rights
+            .filter(|_| self.apt && part.package().is_some())?;
+        Some(Step::Package(part, rights))
     }
 }
 
@@ -102,16 +126,15 @@ impl Facts {
 pub enum Step {
     /// Adds a part with rustup.
     Rustup(Part),
-    /// Installs the emulator with apt-get.
-    Qemu(Rights),
+    /// Installs a part with apt-get.
+    Package(Part, Rights),
 }
 
 impl Step {
     /// What the step installs.
     fn part(self) -> Part {
         match self {
-            Self::Rustup(part) => part,
-            Self::Qemu(_) => Part::Qemu,
+            Self::Rustup(part) | Self::Package(part, _) => part,
         }
     }
 
@@ -122,8 +145,8 @@ impl Step {
                 let arguments = part.of_rustup().into_iter().flatten();
                 return vec![["rustup"].into_iter().chain(arguments).collect()];
             }
-            Self::Qemu(Rights::Sudo) => &["sudo", "-n"],
-            Self::Qemu(Rights::Root) => &[],
+            Self::Package(_, Rights::Sudo) => &["sudo", "-n"],
+            Self::Package(_, Rights::Root) => &[],
         };
         let update: &[_] = &["apt-get", "update"];
         // If another installation is running, wait for it instead of failing.
@@ -134,9 +157,9 @@ impl Step {
             "install",
             "-y",
             "--no-install-recommends",
-            QEMU,
         ];
-        vec![[sudo, update].concat(), [sudo, install].concat()]
+        let package: Vec<_> = self.part().package().into_iter().collect();
+        vec![[sudo, update].concat(), [sudo, install, &package].concat()]
     }
 }
 
@@ -158,7 +181,7 @@ pub struct Missing(pub Part);
 impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         match self.0 {
-            Part::Target | Part::Sources => {
+            Part::Target | Part::PageTarget | Part::Sources => {
                 let arguments = self.0.of_rustup().into_iter().flatten();
                 let arguments: Vec<&str> = arguments.collect();
                 write!(
@@ -168,6 +191,10 @@ impl fmt::Display for Missing {
                     arguments.join(" ")
                 )
             }
+            Part::Browser => write!(
+                f,
+                "{BROWSER} is missing; type: sudo apt-get install {BROWSER} (Debian, Ubuntu)"
+            ),
             Part::Qemu => write!(
                 f,
                 "{QEMU} is missing; type: sudo apt-get install {QEMU} (Debian, Ubuntu), \

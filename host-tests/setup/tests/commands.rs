@@ -7,7 +7,7 @@ use std::io::Write;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
-use tautrack_setup::Part::{self, ProbeRs, Qemu, Sources, Target};
+use tautrack_setup::Part::{self, PageTarget, ProbeRs, Qemu, Sources, Target};
 use tautrack_setup::commands::{COMMANDS, Command as Row};
 use tautrack_setup::plan::RUSTUP;
 
@@ -81,12 +81,14 @@ fn the_arguments_decide_what_a_command_needs() {
         let row = row(words.next().unwrap().to_str().unwrap());
         row.needs(&words.collect::<Vec<_>>())
     };
-    let table: [(&str, &[Part]); 17] = [
+    let table: [(&str, &[Part]); 19] = [
         ("demo", &[Target, Qemu]),
         ("demo --nodes qemu --robot hylos", &[Target, Qemu]),
         ("demo --nodes host", &[]),
         ("demo --nodes=host", &[]),
         ("demo --suite hazards", &[]),
+        ("demo --page", &[PageTarget]),
+        ("demo --compare", &[]),
         ("demo --help", &[]),
         ("demo-image --image guard", &[Target, Sources, Qemu]),
         ("demo-image --nodes host --image=all", &[Target, Sources]),

@@ -1,16 +1,18 @@
 //! Tests the plan of a set-up: what a computer lacks is installed if that is allowed, else one line
 //! names it.
 
-use Part::{ProbeRs, Qemu, Sources, Target};
+use Part::{Browser, PageTarget, ProbeRs, Qemu, Sources, Target};
 use proptest::prelude::*;
 use tautrack_setup::plan::{RUSTUP, after, plan};
 use tautrack_setup::{Facts, Missing, Part, Rights, Step};
 
 const READY: Facts = Facts {
     target_library: true,
+    page_library: true,
     library_sources: true,
     rustup: true,
     qemu: true,
+    browser: true,
     probe_rs: true,
     apt: true,
     rights: Some(Rights::Root),
@@ -22,7 +24,7 @@ const EMULATED: [Part; 2] = [Target, Qemu];
 /// What a flash image of a motor board needs.
 const IMAGE: [Part; 2] = [Target, Sources];
 /// Everything that a command can need.
-const ALL: [Part; 4] = [Target, Sources, Qemu, ProbeRs];
+const ALL: [Part; 6] = [Target, PageTarget, Sources, Qemu, Browser, ProbeRs];
 
 fn facts() -> impl Strategy<Value = Facts> {
     let rights = prop_oneof![
@@ -30,7 +32,7 @@ fn facts() -> impl Strategy<Value = Facts> {
         Just(Some(Rights::Root)),
         Just(Some(Rights::Sudo))
     ];
-    (any::<[bool; 7]>(), rights).prop_map(|(bits, rights)| Facts {
+    (any::<[bool; 9]>(), rights).prop_map(|(bits, rights)| Facts {
         target_library: bits[0],
         rustup: bits[1],
         qemu: bits[2],
@@ -39,6 +41,8 @@ fn facts() -> impl Strategy<Value = Facts> {
         setup_allowed: bits[3],
         library_sources: bits[4],
         probe_rs: bits[5],
+        page_library: bits[7],
+        browser: bits[8],
     })
 }
 
@@ -87,8 +91,10 @@ fn without_rustup_no_package_replaces_it() {
 fn a_missing_part_that_is_not_needed_is_neither_installed_nor_demanded() {
     let bare = Facts {
         target_library: false,
+        page_library: false,
         library_sources: false,
         qemu: false,
+        browser: false,
         probe_rs: false,
         setup_allowed: false,
         ..READY
@@ -101,11 +107,11 @@ fn a_missing_part_that_is_not_needed_is_neither_installed_nor_demanded() {
 
 #[test]
 fn commands_use_the_rights_there_are() {
-    let step = Step::Qemu(Rights::Sudo);
+    let step = Step::Package(Qemu, Rights::Sudo);
     for command in step.commands() {
         assert_eq!(command[..3], ["sudo", "-n", "apt-get"]);
     }
-    let step = Step::Qemu(Rights::Root);
+    let step = Step::Package(Qemu, Rights::Root);
     assert_eq!(
         step.to_string(),
         "installing the emulator: apt-get update && apt-get -o DPkg::Lock::Timeout=300 install -y \
@@ -155,7 +161,7 @@ proptest! {
     #[test]
     fn setting_up_ends_even_when_every_step_fails(facts in facts(), needs in needs()) {
         let mut now = facts;
-        for _ in 0..4 {
+        for _ in 0..ALL.len() {
             match plan(&needs, &now) {
                 Ok(steps) if !steps.is_empty() => now = after(steps[0], false, &now, &facts),
                 _ => return Ok(()),

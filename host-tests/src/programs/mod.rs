@@ -2,21 +2,31 @@
 //!
 //! `program` describes a program, `motor_board` and `guard_board` build what is flashed. [`flash`]
 //! and [`settings_pages`] make the bytes that are flashed. [`setup`] calls cargo for the boards,
-//! and installs what the build needs.
+//! and installs what the build needs. A page on the web builds no programs: it has
+//! [`Programs::in_process`] alone.
 
+#[cfg(unix)]
 pub mod flash;
+#[cfg(unix)]
 mod guard_board;
+#[cfg(unix)]
 mod motor_board;
 mod program;
 pub mod settings_pages;
 
+#[cfg(unix)]
 pub use guard_board::guard_board;
+#[cfg(unix)]
 pub use motor_board::{MotorBoard, motor_board};
 pub use program::{Board, Instruments, Program, Programs, hexadecimal};
+#[cfg(unix)]
 pub use tautrack_setup as setup;
+#[cfg(unix)]
 pub use tautrack_setup::build::{BuildError, changes_a_build};
 
+#[cfg(unix)]
 use program::identify;
+#[cfg(unix)]
 use setup::build::{emulated, folder_of};
 
 /// Builds the program that all nodes of a robot run on `board`: that of its guard, which also
@@ -28,6 +38,7 @@ use setup::build::{emulated, folder_of};
 ///
 /// # Errors
 /// [`BuildError`], with cargo's last lines if the build fails.
+#[cfg(unix)]
 pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
     let nodes = match board {
         Board::Host => program::own(guard)?,
@@ -42,6 +53,7 @@ pub fn build(board: Board, guard: &str) -> Result<Programs, BuildError> {
 ///
 /// # Errors
 /// The same as [`build`].
+#[cfg(unix)]
 pub fn instruments() -> Result<Instruments, BuildError> {
     let folder = folder_of(&emulated("cost"), &["cost", "ticks"])?;
     Ok(Instruments {

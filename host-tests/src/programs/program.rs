@@ -1,11 +1,11 @@
 //! Node programs and their SHA-256 hashes.
 
+#[cfg(unix)]
 use super::BuildError;
+#[cfg(unix)]
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
-use std::fs;
 use std::path::PathBuf;
-use std::sync::OnceLock;
 
 /// Board that the nodes run on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -37,6 +37,19 @@ pub struct Programs {
     pub nodes: Program,
 }
 
+impl Programs {
+    /// Nodes in this process, of the robot whose guard has the program `guard`, without a hash.
+    pub fn in_process(guard: &str) -> Self {
+        Self {
+            board: Board::Host,
+            nodes: Program {
+                path: PathBuf::from(guard),
+                sha256: String::new(),
+            },
+        }
+    }
+}
+
 /// Measuring programs for the emulated board, which are not nodes.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Instruments {
@@ -47,8 +60,9 @@ pub struct Instruments {
 }
 
 /// Computes the hash of the program at `path`.
+#[cfg(unix)]
 pub(super) fn identify(path: PathBuf) -> Result<Program, BuildError> {
-    match fs::read(&path) {
+    match std::fs::read(&path) {
         Ok(bytes) => Ok(Program {
             path,
             sha256: hexadecimal(&Sha256::digest(bytes)),
@@ -58,8 +72,9 @@ pub(super) fn identify(path: PathBuf) -> Result<Program, BuildError> {
 }
 
 /// Nodes in this process, of the robot whose guard has the program `guard`.
+#[cfg(unix)]
 pub(super) fn own(guard: &str) -> Result<Program, BuildError> {
-    static SHA256: OnceLock<String> = OnceLock::new();
+    static SHA256: std::sync::OnceLock<String> = std::sync::OnceLock::new();
     let path = PathBuf::from(guard);
     if let Some(sha256) = SHA256.get() {
         let sha256 = sha256.clone();

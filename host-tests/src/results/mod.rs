@@ -4,6 +4,7 @@
 //! page. `robot` is what they ask of a robot.
 
 pub mod channel;
+#[cfg(unix)]
 pub mod mcap;
 pub mod phases;
 pub mod report;

@@ -2,6 +2,7 @@
 
 use super::NodeName;
 use super::section::{Facts, Section};
+#[cfg(unix)]
 use crate::programs::{self, Board, BuildError, Programs};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
@@ -68,6 +69,7 @@ impl Kind {
     ///
     /// # Errors
     /// Those of [`programs::build`].
+    #[cfg(unix)]
     pub fn programs(self, board: Board) -> Result<Programs, BuildError> {
         programs::build(board, self.facts().guard_program)
     }

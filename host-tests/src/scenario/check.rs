@@ -1,6 +1,6 @@
 //! Checks the bounds of a scenario, except those of the operator, the robots and the ground.
 
-use super::{Description, Fault, FaultKind, Scenario, hand};
+use super::{Description, Fault, FaultKind, Scenario, frame, hand};
 use crate::bounds::{Problem, contradiction, within};
 use crate::robots::{NodeName, Posture};
 use tautrack::can::Frame;
@@ -33,6 +33,7 @@ impl Description {
                 contradiction(&format!("{key}.what"), why)?;
             }
         }
+        frame::check(&self.frames)?;
         self.sensors.check()?;
         hand::check(&self.hand, self.kind(), self.duration_s)?;
         self.check_postures()?;

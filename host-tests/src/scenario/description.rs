@@ -1,6 +1,6 @@
 //! The content of a scenario file, before it is checked.
 
-use super::{Expect, Fault, Motion, Motor, Operator, Sensors, driver, hand};
+use super::{ClientFrame, Expect, Fault, Motion, Motor, Operator, Sensors, driver, hand};
 use crate::robots::{Conditions, Kind, NodeName, NodeSpec, Robot};
 use crate::world::Plant;
 use crate::world::hand::Path;
@@ -54,6 +54,9 @@ pub struct Description {
     /// Faults that the run injects.
     #[serde(default, rename = "fault")]
     pub faults: Vec<Fault>,
+    /// Frames that a client on the bus sends.
+    #[serde(default, rename = "frame", skip_serializing_if = "Vec::is_empty")]
+    pub frames: Vec<ClientFrame>,
     /// Motions of a hand that lifts, tilts and turns the robot.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub hand: Vec<Motion>,

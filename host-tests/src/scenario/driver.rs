@@ -14,6 +14,16 @@ impl Operator {
     pub fn client() -> Self {
         Self {
             client: true,
+            from_power_up: false,
+            ..Self::person()
+        }
+    }
+
+    /// The operator of a run in which a person drives: events are added while it goes on.
+    pub fn person() -> Self {
+        Self {
+            client: false,
+            from_power_up: true,
             speed_mps: 0.0,
             chassis_deg: 0.0,
             step_m: 0.0,

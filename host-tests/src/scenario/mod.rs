@@ -2,8 +2,8 @@
 //!
 //! [`Description`] is the content of the file. [`Scenario`] is a description that passed every
 //! check, so no later code checks it again. `operator` is the operator's section with its bounds,
-//! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `hand` moves
-//! the robot, `expect` the
+//! `driver` reads it, `script` plays it during a run. `fault` lists the faults, `frame` the
+//! frames of a client, `hand` moves the robot, `expect` the
 //! expected results, `motor` the motors that differ from those of the robot,
 //! `sensors` the rates of the sensors on the body, `sensor_errors` their constant errors. `check`
 //! checks the other bounds, `error` reports errors with their place. The robots' sections are in
@@ -15,6 +15,7 @@ mod driver;
 mod error;
 mod expect;
 mod fault;
+mod frame;
 mod hand;
 mod motor;
 mod operator;
@@ -26,6 +27,7 @@ pub use description::Description;
 pub use error::ScenarioError;
 pub use expect::Expect;
 pub use fault::{Fault, FaultKind, SensorChip, Switch};
+pub use frame::ClientFrame;
 pub use hand::Motion;
 pub use motor::Motor;
 pub use operator::{Belts, Clearance, Event, Operator, OperatorRequest, When};

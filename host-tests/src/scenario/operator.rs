@@ -23,6 +23,10 @@ pub struct Operator {
     /// Whether a client is the operator; then all other fields are ignored.
     #[serde(skip)]
     pub client: bool,
+    /// Whether the script begins at power-up instead of when the guard is armed. Then the first
+    /// request is to stop, and an event arms the robot.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub from_power_up: bool,
     /// Forward speed commanded at first, m/s.
     pub speed_mps: f64,
     /// Chassis angle commanded at first, front up positive, degrees.
@@ -198,7 +202,8 @@ pub struct When {
 }
 
 impl Event {
-    fn changes_nothing(&self) -> bool {
+    /// Whether no value changes.
+    pub fn changes_nothing(&self) -> bool {
         let postures = self.chassis_deg.or(self.step_m).or(self.clearance_m);
         postures
             .or(self.speed_mps)

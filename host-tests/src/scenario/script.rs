@@ -1,6 +1,6 @@
 //! Plays the operator's script during a run. The script reads only what is on the bus.
 
-use super::{Belts, Clearance, Operator, OperatorRequest, When};
+use super::{Belts, Clearance, Event, Operator, OperatorRequest, When};
 use std::f64::consts::PI;
 
 /// What the operator knows, decoded from frames.
@@ -37,8 +37,8 @@ pub struct Ask {
     pub request: OperatorRequest,
 }
 
-/// A running script. It is made when the guard is armed, and takes all reference values ("since
-/// arming") at that moment.
+/// A running script. It is made when the guard is armed, or at power-up, and takes all reference
+/// values ("since arming") at that moment.
 #[derive(Clone, Debug)]
 pub struct Script {
     operator: Operator,
@@ -78,8 +78,22 @@ impl Script {
             clearance_m: None,
             belts: operator.belts.unwrap_or(Belts::Taut),
             clearance: operator.clearance.unwrap_or(Clearance::Manual),
-            request: OperatorRequest::Arm,
+            request: if operator.from_power_up {
+                OperatorRequest::Stop
+            } else {
+                OperatorRequest::Arm
+            },
         }
+    }
+
+    /// Adds an event behind the others.
+    pub fn add(&mut self, event: Event) {
+        self.operator.events.push(event);
+    }
+
+    /// The operator's request at present.
+    pub fn request(&self) -> OperatorRequest {
+        self.request
     }
 
     /// Number of events that have taken effect.

@@ -14,6 +14,11 @@ pub(crate) trait Tools {
     /// Draws ground, load and commands of a random operator.
     fn operator(random: &mut Random) -> Description;
 
+    /// Returns the grounds that the page offers: name, and file in `host-tests/scenarios`.
+    fn places() -> &'static [(&'static str, &'static str)] {
+        &[]
+    }
+
     /// Returns the functions of `cargo evaluate`, by groups.
     fn groups<S: Scalar>() -> Groups {
         Vec::new()
@@ -37,6 +42,13 @@ macro_rules! tools {
         pub(super) fn operator(robot: Kind, random: &mut Random) -> Description {
             match robot {
                 $(Kind::$name => <robots::$folder::section::$name as Tools>::operator(random),)*
+            }
+        }
+
+        /// [`Tools::places`] of a robot.
+        pub(super) fn places(robot: Kind) -> &'static [(&'static str, &'static str)] {
+            match robot {
+                $(Kind::$name => <robots::$folder::section::$name as Tools>::places(),)*
             }
         }
 

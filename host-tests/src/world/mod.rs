@@ -23,7 +23,7 @@ pub mod terrain;
 pub mod truth;
 
 use crate::world::hand::Held;
-use crate::world::truth::{BodyPose, BodyShape, Sketch, Truth};
+use crate::world::truth::{BodyPose, BodyShape, Sketch, Strip, Truth};
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 /// A robot and its surroundings, advanced in steps of one millisecond
@@ -60,6 +60,16 @@ pub trait Plant {
     /// How to draw the robot; empty for a robot that has its own drawing.
     fn sketch(&self) -> Sketch {
         Sketch::default()
+    }
+
+    /// Forces of the ground on the robot in the last step: place, m, and force, N, in world axes.
+    fn forces(&self) -> Vec<[[f64; 3]; 2]> {
+        Vec::new()
+    }
+
+    /// Belts of the robot as they lie.
+    fn belts(&self) -> Vec<Strip> {
+        Vec::new()
     }
 
     /// Rigid bodies of the robot, in the order of [`Plant::poses`].

@@ -62,6 +62,15 @@ pub struct Sketch {
     pub lines: Vec<Vec<usize>>,
 }
 
+/// A closed belt as it lies.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Strip {
+    /// Width, m.
+    pub width: f64,
+    /// Points of its middle line in world axes, m.
+    pub points: Vec<[f64; 3]>,
+}
+
 /// Pose of a body in world axes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct BodyPose {

@@ -2,7 +2,8 @@
 //! of them.
 
 use crate::chip::{
-    BDTR, CONTROL, Defect, FDCAN, FLASH_CONTROL, GPIO, IWDG, MOE, PWR, RCC, SYSCFG_CFGR2, TIM1, TIMINGR,
+    BDTR, CONTROL, Defect, FDCAN, FLASH_CONTROL, GPIO, IWDG, MOE, PWR, RCC, SYSCFG_CFGR2, TIM1,
+    TIMINGR,
 };
 use crate::stamp;
 use crate::{breaks, bus_errors, executed as test, gates, guard, masked, sensors};

@@ -4,7 +4,10 @@ mod boards_alike;
 mod bus;
 #[path = "../../../shared/tests/support/conformance/mod.rs"]
 mod conformance;
+mod live;
 mod node_log;
+#[path = "../../../shared/tests/support/parallel.rs"]
+mod parallel;
 mod programs;
 mod runs;
 mod session;

@@ -36,6 +36,7 @@ const SIMULATOR: &[&str] = &[
     "scenario",
     "simulator",
     "results",
+    "live",
     "tools",
 ];
 

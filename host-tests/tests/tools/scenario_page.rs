@@ -120,6 +120,7 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
         (1, "inertial_hz", "nonsense = 1\ninertial_hz"),
         (1, "mounting_deg", "nonsense"),
         (1, "lift_m", "nonsense"),
+        (1, "at_ms", "nonsense"),
     ];
     let mut known = BTreeSet::new();
     for (example, from, to) in unknown_in {
@@ -150,6 +151,7 @@ fn every_key_that_the_parser_knows_has_a_row_and_an_example() {
         "tension_error_below_m",
         "rate_at_rest_deg_s",
         "within_s",
+        "at_ms",
     ] {
         assert!(
             known.contains(key),

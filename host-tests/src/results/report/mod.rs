@@ -23,6 +23,12 @@ use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 use std::io::{self, Write};
 
+/// Scripts of the 3-D scene, in the order in which a page needs them.
+pub const SCENE: [&str; 2] = [
+    include_str!("../scene/gl.js"),
+    include_str!("../scene/robot.js"),
+];
+
 /// The complete page of a run whose samples are in memory.
 ///
 /// # Errors

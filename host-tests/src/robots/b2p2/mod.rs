@@ -5,6 +5,7 @@ pub mod nodes;
 pub mod plant;
 pub mod results;
 pub mod section;
+#[cfg(unix)]
 mod tools;
 
 use super::section::Facts;

@@ -39,6 +39,23 @@ impl Faults {
         }
     }
 
+    /// Adds a fault, which begins at its time.
+    pub fn add(&mut self, fault: Fault) {
+        self.planned.push(Planned {
+            fault,
+            begun: false,
+            ended: false,
+            notice: None,
+        });
+    }
+
+    /// Lets the fault with this index end at this time.
+    pub fn end_at(&mut self, index: usize, until_s: f64) {
+        if let Some(planned) = self.planned.get_mut(index) {
+            planned.fault.until_s = Some(until_s);
+        }
+    }
+
     /// Starts and ends the faults that are due. Returns the numbers of the nodes that restart now.
     pub fn apply(&mut self, time_us: u64, bus: &mut Bus, nodes: &mut [Option<Node>]) -> Vec<usize> {
         let mut starting = Vec::new();

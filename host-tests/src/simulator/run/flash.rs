@@ -2,10 +2,7 @@
 
 use super::Options;
 use crate::robots::NodeName;
-use std::io::ErrorKind;
-use std::path::PathBuf;
 use std::sync::atomic::{AtomicU32, Ordering};
-use std::{env, fs, process};
 use tautrack::link::MAX_PATH;
 
 /// Number of temporary folders that were made.
@@ -26,19 +23,8 @@ impl Flash {
                 temporary: false,
             };
         }
-        // A process that was killed leaves its folders, and another one may get its number.
-        let folder = loop {
-            let run = RUNS.fetch_add(1, Ordering::Relaxed);
-            let name = format!("tautrack-{}-{run}", process::id());
-            let folder = env::temp_dir().join(name);
-            match fs::create_dir(&folder) {
-                Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
-                // After another error the nodes say that they cannot write their flash.
-                _ => break folder,
-            }
-        };
         Self {
-            folder: folder.to_string_lossy().into_owned(),
+            folder: temporary(),
             temporary: true,
         }
     }
@@ -53,7 +39,33 @@ impl Flash {
 impl Drop for Flash {
     fn drop(&mut self) {
         if self.temporary {
-            let _ = fs::remove_dir_all(PathBuf::from(&self.folder));
+            let _ = std::fs::remove_dir_all(&self.folder);
         }
     }
+}
+
+/// Makes a temporary folder.
+#[cfg(unix)]
+fn temporary() -> String {
+    use std::io::ErrorKind;
+    use std::{env, fs, process};
+
+    // A process that was killed leaves its folders, and another one may get its number.
+    let folder = loop {
+        let run = RUNS.fetch_add(1, Ordering::Relaxed);
+        let name = format!("tautrack-{}-{run}", process::id());
+        let folder = env::temp_dir().join(name);
+        match fs::create_dir(&folder) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => {}
+            // After another error the nodes say that they cannot write their flash.
+            _ => break folder,
+        }
+    };
+    folder.to_string_lossy().into_owned()
+}
+
+/// Returns a new name for the nodes' files, which are in memory.
+#[cfg(not(unix))]
+fn temporary() -> String {
+    RUNS.fetch_add(1, Ordering::Relaxed).to_string()
 }

@@ -3,6 +3,7 @@
 use super::host::Host;
 #[cfg(feature = "image")]
 use super::image::Image;
+#[cfg(unix)]
 use super::process::Process;
 use crate::programs::Board;
 use std::path::Path;
@@ -32,6 +33,7 @@ pub trait Link {
 
 /// Default maximum wall-clock time for an answer of a node. It is long enough for a heavily loaded
 /// computer.
+#[cfg(unix)]
 pub(super) const TIMEOUT: Duration = Duration::from_mins(1);
 
 /// Error text of a program that cannot execute flash images.
@@ -46,6 +48,9 @@ pub const WITHOUT_IMAGES: &str =
 pub(super) fn open(board: Board, path: &Path) -> Result<Box<dyn Link>, String> {
     match board {
         Board::Host => Ok(Box::new(Host::new(path))),
+        #[cfg(not(unix))]
+        Board::Qemu => Err("a page has no processes".to_owned()),
+        #[cfg(unix)]
         Board::Qemu => Ok(Box::new(Process::start(path)?)),
         #[cfg(feature = "image")]
         Board::Image => Ok(Box::new(Image::start(path)?)),
@@ -55,6 +60,7 @@ pub(super) fn open(board: Board, path: &Path) -> Result<Box<dyn Link>, String> {
 }
 
 /// Error text of a node that did not answer in time.
+#[cfg(unix)]
 pub(super) fn late(timeout: Duration) -> String {
     let timeout = timeout.as_secs_f64();
     format!("no answer for {timeout} s; its program runs, but hangs or is stopped")

@@ -4,12 +4,12 @@
 use super::faults::Faults;
 use super::flash::Flash;
 use super::launch::Launch;
-use super::listener::Listener;
+use super::listener::{Listener, View};
 use super::node::Node;
 use super::operator::Operator;
 use super::{Options, RunError, Sink};
 use crate::programs::{Programs, hexadecimal};
-use crate::scenario::Scenario;
+use crate::scenario::{ClientFrame, Event, Fault, Scenario};
 use crate::simulator::bus::Bus;
 use crate::simulator::facts::{NodeFacts, RunFacts};
 use crate::simulator::record::{BusFrame, DriveState, Sample};
@@ -18,6 +18,7 @@ use crate::world::Plant;
 use crate::world::hand::Path;
 use crate::world::sensor_board::SensorBoard;
 use sha2::{Digest, Sha256};
+use std::collections::VecDeque;
 use std::time::Duration;
 use tautrack::link::{BodyMeasurands, MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, Shaft, Step};
 
@@ -26,7 +27,7 @@ use tautrack::link::{BodyMeasurands, MAX_FRAMES, MAX_SERIAL, STEP_US, Sensors, S
 const CLIENT_FRAMES: usize = 2;
 
 /// Running simulation: a robot's nodes on their bus, its plant, the operator and the faults.
-pub(super) struct Run {
+pub struct Run {
     /// The nodes in the robot's order, the guard last; `None` for a dead node. Their indices are
     /// their numbers on the bus, followed by those of the operator, the clients and the forger.
     nodes: Vec<Option<Node>>,
@@ -38,7 +39,7 @@ pub(super) struct Run {
     powered_up_us: Vec<u64>,
     node_facts: Vec<NodeFacts>,
     bus: Bus,
-    pub plant: Box<dyn Plant>,
+    pub(super) plant: Box<dyn Plant>,
     hand: Path,
     /// Board of the sensors on the body, unless it is along the body's axes and without errors.
     sensor_board: Option<SensorBoard>,
@@ -47,7 +48,9 @@ pub(super) struct Run {
     operator: Operator,
     listener: Listener,
     faults: Faults,
-    pub slcan: Option<SlcanPort>,
+    pub(super) slcan: Option<SlcanPort>,
+    /// Frames that a client of the scenario will send, the next one first.
+    frames: VecDeque<ClientFrame>,
     hash: Sha256,
     /// Output shafts of the drives in the last step.
     shafts: Vec<Option<Shaft>>,
@@ -55,6 +58,9 @@ pub(super) struct Run {
 
 impl Run {
     /// Starts all nodes and creates the plant.
+    ///
+    /// # Errors
+    /// [`RunError`] of a node that does not start.
     pub fn start(
         scenario: &Scenario,
         programs: &Programs,
@@ -100,13 +106,17 @@ impl Run {
             listener: Listener::new(&specs, &scenario.robot),
             faults: Faults::new(scenario, specs.iter().map(|spec| spec.name).collect()),
             slcan: options.slcan,
+            frames: scenario.frames.iter().cloned().collect(),
             hash: Sha256::new(),
             shafts: Vec::new(),
         })
     }
 
     /// Runs one millisecond: the bus delivers frames, nodes and operator answer, and the plant
-    /// moves. Frames and log lines go to `sink`.
+    /// moves. Frames and log lines go to `sink`. The first step has the number 1.
+    ///
+    /// # Errors
+    /// [`RunError`]. After one the run must not be used.
     pub fn step(&mut self, step: u64, sink: &mut dyn Sink) -> Result<(), RunError> {
         let time_us = step * STEP_US;
         let mut reset = std::mem::take(&mut self.restarting);
@@ -139,6 +149,15 @@ impl Run {
             for (client, frame) in port.poll(room) {
                 self.bus.offer(first + client, frame)?;
             }
+        }
+        while self.bus.room(first) > 0
+            && let Some(next) = self.frames.front()
+            && next.at_ms <= step
+        {
+            if let Some(frame) = next.frame() {
+                self.bus.offer(first, frame)?;
+            }
+            self.frames.pop_front();
         }
         for frame in self.faults.forged(time_us) {
             self.bus.offer(first + MAX_CLIENTS, frame)?;
@@ -263,6 +282,41 @@ impl Run {
             self.restarting.push(number);
         }
         Ok(Some(stepped.shaft))
+    }
+
+    /// The simulated robot on its ground.
+    pub fn plant(&self) -> &dyn Plant {
+        self.plant.as_ref()
+    }
+
+    /// What the operator can read from the bus.
+    pub fn view(&self) -> &View {
+        self.listener.view()
+    }
+
+    /// Whether each node has power, in the robot's order.
+    pub fn powered(&self) -> impl Iterator<Item = bool> {
+        self.nodes.iter().map(Option::is_some)
+    }
+
+    /// Adds an event to the operator's script.
+    pub fn add_event(&mut self, event: Event) {
+        self.operator.add(event);
+    }
+
+    /// Adds a fault behind the others.
+    pub fn add_fault(&mut self, fault: Fault) {
+        self.faults.add(fault);
+    }
+
+    /// Lets the fault with this index end at this time, s.
+    pub fn end_fault(&mut self, index: usize, until_s: f64) {
+        self.faults.end_at(index, until_s);
+    }
+
+    /// Adds a frame behind those of the scenario's client.
+    pub fn add_frame(&mut self, frame: ClientFrame) {
+        self.frames.push_back(frame);
     }
 
     /// Returns the sample of this step.

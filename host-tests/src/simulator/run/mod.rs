@@ -20,18 +20,22 @@ mod launch;
 mod link;
 pub mod listener;
 mod lockstep;
+#[cfg(unix)]
+mod log_texts;
 pub mod node;
 mod node_log;
 pub mod operator;
 mod options;
 mod outcome;
 pub mod pace;
+#[cfg(unix)]
 mod process;
 mod recorder;
 mod sink;
 
 pub use error::RunError;
 pub use link::WITHOUT_IMAGES;
+pub use lockstep::Run;
 pub use options::Options;
 pub use outcome::{Ending, Outcome};
 pub use recorder::record;

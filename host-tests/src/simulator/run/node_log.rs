@@ -1,15 +1,15 @@
 //! Decodes the log bytes of a node to lines of text. The lines are the same for every board.
 
+#[cfg(unix)]
+use super::log_texts::Texts;
 use crate::programs::Board;
-use defmt_decoder::{DecodeError, Table};
-use std::fs;
 use std::path::Path;
 
 /// Assembles a node's log bytes to records, which may be spread over several steps.
 pub struct LogReader {
-    /// Texts of the records of an emulated node or a flash image, read from its ELF file; `None`
-    /// for the nodes in this process, which send text.
-    texts: Option<Table>,
+    /// Texts of the records of an emulated node or a flash image; `None` for the nodes in this
+    /// process, which send text.
+    texts: Option<Texts>,
     pending: Vec<u8>,
 }
 
@@ -21,7 +21,7 @@ impl LogReader {
     pub fn new(board: Board, path: &Path) -> Result<Self, String> {
         let texts = match board {
             Board::Host => None,
-            Board::Qemu | Board::Image => Some(texts(path)?),
+            Board::Qemu | Board::Image => Some(Texts::read(path)?),
         };
         Ok(Self {
             texts,
@@ -38,7 +38,7 @@ impl LogReader {
         let end = self.pending.iter().rposition(|byte| *byte == last);
         let records: Vec<u8> = self.pending.drain(..end.map_or(0, |at| at + 1)).collect();
         match &self.texts {
-            Some(texts) => decode(texts, &records),
+            Some(texts) => texts.decode(&records),
             None => String::from_utf8_lossy(&records)
                 .lines()
                 .map(str::to_owned)
@@ -47,31 +47,17 @@ impl LogReader {
     }
 }
 
-fn texts(path: &Path) -> Result<Table, String> {
-    let program = fs::read(path).map_err(|error| error.to_string())?;
-    match Table::parse(&program) {
-        Ok(Some(table)) => Ok(table),
-        Ok(None) => Err("the program has no log texts".into()),
-        Err(error) => Err(error.to_string()),
-    }
-}
+/// Texts of a program. A page on the web has no such programs.
+#[cfg(not(unix))]
+enum Texts {}
 
-fn decode(texts: &Table, records: &[u8]) -> Vec<String> {
-    let mut decoder = texts.new_stream_decoder();
-    decoder.received(records);
-    let mut lines = Vec::new();
-    loop {
-        match decoder.decode() {
-            Ok(record) => {
-                let level = record.level().map_or("info", |level| level.as_str());
-                lines.push(format!(
-                    "{}: {}",
-                    level.to_uppercase(),
-                    record.display_message()
-                ));
-            }
-            Err(DecodeError::Malformed) => lines.push("ERROR: a log record is not readable".into()),
-            Err(DecodeError::UnexpectedEof) => return lines,
-        }
+#[cfg(not(unix))]
+impl Texts {
+    fn read(_: &Path) -> Result<Self, String> {
+        Err("a page has no files".to_owned())
+    }
+
+    fn decode(&self, _: &[u8]) -> Vec<String> {
+        match *self {}
     }
 }

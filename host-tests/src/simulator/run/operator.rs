@@ -2,7 +2,7 @@
 
 use super::listener::View;
 use crate::robots::Posture;
-use crate::scenario::{Ask, Belts, BusView, Clearance, OperatorRequest, Scenario, Script};
+use crate::scenario::{Ask, Belts, BusView, Clearance, Event, OperatorRequest, Scenario, Script};
 use crate::world::terrain::Terrain;
 use std::f64::consts::TAU;
 use tautrack::bus::pdo::{BELTS_RELEASED, CLEARANCE, OperatorCommand, Payload, Request, receive};
@@ -15,7 +15,7 @@ pub const PERIOD_US: u64 = 20_000;
 /// Number of requests to stop after which a request to arm counts as a new one.
 const STOPS: u8 = 3;
 
-/// Plays the script of a scenario, starting when the guard is armed.
+/// Plays the script of a scenario, starting when the guard is armed, or at power-up.
 pub struct Operator {
     scenario: crate::scenario::Operator,
     script: Option<Script>,
@@ -70,6 +70,14 @@ impl Operator {
         &self.commands_us
     }
 
+    /// Adds an event to the script.
+    pub fn add(&mut self, event: Event) {
+        if let Some(script) = &mut self.script {
+            script.add(event.clone());
+        }
+        self.scenario.events.push(event);
+    }
+
     /// Returns the command to send at this time, if one is due.
     pub fn tick(&mut self, time_us: u64, view: &View) -> Option<Frame> {
         if self.scenario.client || !time_us.is_multiple_of(PERIOD_US) {
@@ -79,7 +87,8 @@ impl Operator {
             time_s: time_us as f64 * 1e-6,
             ..view.bus
         };
-        if view.state == Some(State::Armed) && self.script.is_none() {
+        let begins = self.scenario.from_power_up || view.state == Some(State::Armed);
+        if begins && self.script.is_none() {
             self.script = Some(Script::new(&self.scenario, now, view.passed_theta));
             self.commands_us.push(time_us);
         }

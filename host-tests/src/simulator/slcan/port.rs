@@ -1,7 +1,6 @@
 //! TCP port for CAN clients, and its connected clients.
 
 use super::client::Client;
-use rustix::net::sockopt::set_socket_send_buffer_size;
 use std::io;
 use std::net::{SocketAddr, TcpListener, ToSocketAddrs};
 use std::thread::sleep;
@@ -13,6 +12,7 @@ pub const MAX_CLIENTS: usize = 8;
 
 /// Maximum number of unsent bytes that the operating system buffers per client. With a larger
 /// buffer, a slow client would receive frames long after they were sent.
+#[cfg(unix)]
 const SEND_BUFFER: usize = 4096;
 /// Timeout for a client that reads nothing while the run waits for it; the client is then
 /// disconnected.
@@ -36,8 +36,9 @@ impl SlcanPort {
     pub fn bind(address: impl ToSocketAddrs) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
-        // The connections inherit this option.
-        set_socket_send_buffer_size(&listener, SEND_BUFFER)?;
+        // The connections inherit this option. A page on the web has no port.
+        #[cfg(unix)]
+        rustix::net::sockopt::set_socket_send_buffer_size(&listener, SEND_BUFFER)?;
         Ok(Self {
             listener,
             clients: [const { None }; MAX_CLIENTS],

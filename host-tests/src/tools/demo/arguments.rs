@@ -19,6 +19,14 @@ pub(super) struct Arguments {
     /// Robot whose default scenario, or whose operators' suite, is run
     #[arg(long, value_enum, default_value_t, conflicts_with = "scenario")]
     pub robot: Kind,
+    /// Writes the page on the web, in which one drives the robots, instead of running a scenario:
+    /// page.html in the folder of --out
+    #[arg(long, conflicts_with_all = ["scenario", "suite", "speed", "slcan", "image", "flash"])]
+    pub page: bool,
+    /// Runs the scenario with the guard's filter on and off, and writes a page that shows both:
+    /// compare.html in the folder of --out
+    #[arg(long, conflicts_with_all = ["page", "suite", "speed", "slcan", "image", "flash", "guard"])]
+    pub compare: bool,
     /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its
     /// table
     #[arg(long, value_enum, conflicts_with_all = ["scenario", "speed", "slcan"])]

@@ -14,6 +14,7 @@ mod run;
 use crate::programs::Board;
 use crate::robots::Kind;
 use crate::scenario::Sensors;
+use crate::tools::page;
 use crate::tools::suite::command;
 use crate::tools::suite::operators::Plan;
 use arguments::{Arguments, Suite, Switch};
@@ -40,6 +41,23 @@ pub fn main(arguments: impl Iterator<Item = OsString>) -> ExitCode {
     if let Some(folder) = &arguments.merge {
         return match command::merge(folder, arguments.json) {
             Ok(all_hold) => ExitCode::from(u8::from(!all_hold)),
+            Err(message) => fail(&message, 1),
+        };
+    }
+    if arguments.page || arguments.compare {
+        let written = if arguments.page {
+            page::write(&out)
+        } else {
+            match preparation::scenario(&arguments) {
+                Ok(scenario) => page::compare::write(&scenario, &out),
+                Err(message) => return fail(&message, USAGE),
+            }
+        };
+        return match written {
+            Ok(path) => {
+                println!("{}: open it in a browser", path.display());
+                ExitCode::SUCCESS
+            }
             Err(message) => fail(&message, 1),
         };
     }

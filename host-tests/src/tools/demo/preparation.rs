@@ -96,7 +96,7 @@ fn scenario_file(arguments: &Arguments) -> Result<PathBuf, String> {
     Ok(path.clone())
 }
 
-fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
+pub(super) fn scenario(arguments: &Arguments) -> Result<Scenario, String> {
     let path = scenario_file(arguments)?;
     let scenario = Scenario::load(&path).map_err(|error| error.to_string())?;
     let mut description = scenario.description();

@@ -110,21 +110,42 @@ struct Entry {
     cell: [i64; 3],
     point: Vector,
     until: u64,
+    /// Force of the ground in the last step in which there was one, N.
+    force: Vector,
 }
 
 impl Support {
+    /// Places and forces of the step number `step`, N.
+    pub fn forces(&self, step: u64) -> impl Iterator<Item = (Vector, Vector)> + '_ {
+        let entries = self.entries.iter();
+        let now = entries.filter(move |entry| entry.until == step + WINDOW);
+        now.map(|entry| (entry.point, entry.force))
+    }
+
     /// The support points.
     pub fn points(&self) -> impl Iterator<Item = Vector> + '_ {
         self.entries.iter().map(|entry| entry.point)
     }
 
-    fn add(&mut self, point: Vector, until: u64) {
+    fn add(&mut self, point: Vector, until: u64, force: Vector) {
         let cell = point
             .to_array()
             .map(|coordinate| libm::round(coordinate / CELL) as i64);
         match self.entries.iter_mut().find(|entry| entry.cell == cell) {
-            Some(entry) => (entry.point, entry.until) = (point, until),
-            None => self.entries.push(Entry { cell, point, until }),
+            Some(entry) => {
+                let before = if entry.until == until {
+                    entry.force
+                } else {
+                    Vector::ZERO
+                };
+                (entry.point, entry.until, entry.force) = (point, until, before + force);
+            }
+            None => self.entries.push(Entry {
+                cell,
+                point,
+                until,
+                force,
+            }),
         }
     }
 }
@@ -152,7 +173,7 @@ pub fn add_corners(forces: &mut GroundForces, belts: &Belts, step: u64, support:
         for pressed in &belt.pressed {
             let force = pressed.force.length();
             if force > LEAST_SUPPORT {
-                support.add(pressed.place, step + WINDOW);
+                support.add(pressed.place, step + WINDOW, pressed.force);
             }
             forces.lift += pressed.force.z;
             forces.add_slip(side, pressed.sliding, force);
@@ -198,13 +219,13 @@ pub fn read(
                     point.local_p2
                 };
                 let place = pose.transform_point(local);
+                let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);
                 if force > LEAST_SUPPORT {
-                    support.add(place, step + WINDOW);
+                    support.add(place, step + WINDOW, friction - outward * force);
                 }
                 forces.lift -= force * outward.z;
                 forces.side[side] -= force * outward.dot(belts.left);
                 let Some(direction) = direction else { continue };
-                let friction = friction_impulse(&point.data, -manifold.data.normal) * (sign / DT);
                 forces.lift += friction.z;
                 forces.side[side] += friction.dot(belts.left);
                 // Where it touches the ground, a belt running forward moves backward.

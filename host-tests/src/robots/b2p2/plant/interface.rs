@@ -1,9 +1,11 @@
 //! Implements the simulator's [`Plant`] interface for B2P2.
 
 use super::B2p2;
+use super::belt::Belt;
 use crate::world::hand::Held;
-use crate::world::truth::{BodyPose, BodyShape, Part, Truth};
+use crate::world::truth::{BodyPose, BodyShape, Part, Strip, Truth};
 use crate::world::{Plant, physics as world};
+use rapier3d_f64::math::Vector;
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 impl Plant for B2p2 {
@@ -26,6 +28,23 @@ impl Plant for B2p2 {
 
     fn serial(&self) -> &[u8] {
         self.receiver.sent()
+    }
+
+    fn forces(&self) -> Vec<[[f64; 3]; 2]> {
+        let forces = self.support.forces(self.step);
+        forces
+            .map(|(place, force)| [place.to_array(), force.to_array()])
+            .collect()
+    }
+
+    fn belts(&self) -> Vec<Strip> {
+        let p = &self.parameters;
+        let left = self.world.bodies[self.robot.bodies[0]].position().rotation * Vector::Y;
+        let strip = |belt: &Belt| Strip {
+            width: p.belt_width,
+            points: belt.drawn(left, p.pulley_radius),
+        };
+        self.belts.sides.iter().map(strip).collect()
     }
 
     fn bodies(&self) -> Vec<BodyShape> {

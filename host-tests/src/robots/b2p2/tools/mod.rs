@@ -19,6 +19,18 @@ impl Tools for B2p2 {
         operators::draw(random)
     }
 
+    fn places() -> &'static [(&'static str, &'static str)] {
+        &[
+            ("stairs", "staircase.toml"),
+            ("level ground", "flat.toml"),
+            ("curb of 20 cm", "hazards/curb-20-cm-front-up.toml"),
+            ("curb of 30 cm, long belts", "curb-30-cm-released.toml"),
+            ("stairs down", "legitimate/descent.toml"),
+            ("ramp of 25°", "legitimate/ramp-25.toml"),
+            ("slope across, 20°", "legitimate/side-slope-20.toml"),
+        ]
+    }
+
     fn groups<S: Scalar>() -> Groups {
         evaluate::groups::<S>()
     }

@@ -1,9 +1,11 @@
 //! Implements the simulator's [`Plant`] interface for the crawler.
 
 use super::Crawler;
+use super::track::CELLS;
 use crate::world::Plant;
-use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Truth};
+use crate::world::truth::{BodyPose, BodyShape, Part, Sketch, Strip, Truth};
 use rapier3d_f64::math::Vector;
+use std::f64::consts::{FRAC_PI_2, PI};
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
 impl Plant for Crawler {
@@ -50,20 +52,63 @@ impl Plant for Crawler {
         let p = &self.parameters;
         let track = |side: f64| Part::Box {
             centre: [0.0, side * p.track_spacing, p.sprocket_radius],
-            size: [
-                p.contact_length + 2.0 * p.sprocket_radius,
-                p.track_width,
-                2.0 * p.sprocket_radius,
-            ],
+            size: [p.contact_length, p.track_width, 1.7 * p.sprocket_radius],
         };
+        let sprocket = |(end, side): (f64, f64)| Part::Wheel {
+            centre: [
+                end * p.contact_length,
+                side * p.track_spacing,
+                p.sprocket_radius,
+            ],
+            radius: p.sprocket_radius,
+            width: p.track_width,
+        };
+        let ends = [(-0.5, 0.5), (0.5, 0.5), (-0.5, -0.5), (0.5, -0.5)];
         let hull = Part::Box {
             centre: [0.0, 0.0, p.cog[2]],
-            size: p.extent,
+            size: [p.extent[0], p.track_spacing - p.track_width, p.extent[2]],
         };
         vec![BodyShape {
             name: "body",
-            parts: vec![hull, track(0.5), track(-0.5)],
+            parts: [hull, track(0.5), track(-0.5)]
+                .into_iter()
+                .chain(ends.map(sprocket))
+                .collect(),
         }]
+    }
+
+    fn forces(&self) -> Vec<[[f64; 3]; 2]> {
+        let length = self.parameters.contact_length;
+        let cells = self.tracks.iter().flat_map(|track| {
+            let loaded = (0..CELLS).filter(|cell| track.loaded[*cell]);
+            loaded.map(|cell| (track.cell(cell, length), track.forces[cell]))
+        });
+        cells
+            .map(|(place, force)| [self.body.place(place).to_array(), force.to_array()])
+            .collect()
+    }
+
+    fn belts(&self) -> Vec<Strip> {
+        /// Number of pieces of a half turn.
+        const PIECES: u32 = 12;
+        let p = &self.parameters;
+        let (half, radius) = (0.5 * p.contact_length, p.sprocket_radius);
+        let strip = |side: f64| {
+            let ends = [(half, -FRAC_PI_2), (-half, FRAC_PI_2)];
+            let points = ends.into_iter().flat_map(|(end, from)| {
+                (0..=PIECES).map(move |piece| {
+                    let angle = from + PI * f64::from(piece) / f64::from(PIECES);
+                    let (sine, cosine) = libm::sincos(angle);
+                    let (x, z) = (end + radius * cosine, radius + radius * sine);
+                    Vector::new(x, side * p.track_spacing, z)
+                })
+            });
+            Strip {
+                width: p.track_width,
+                points: points.map(|at| self.body.place(at).to_array()).collect(),
+            }
+        };
+        vec![strip(0.5), strip(-0.5)]
     }
 
     fn poses(&self) -> Vec<BodyPose> {

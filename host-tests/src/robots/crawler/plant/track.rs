@@ -34,6 +34,8 @@ pub struct Track {
     pub shear: [[f64; 2]; CELLS],
     /// Whether each cell presses on the ground.
     pub loaded: [bool; CELLS],
+    /// Force of the ground on each cell, in world axes, N.
+    pub forces: [Vector; CELLS],
 }
 
 /// Action of the ground on the robot through a track: the force, its moment about the centre of
@@ -55,6 +57,7 @@ impl Track {
             driven: false,
             shear: [[0.0; 2]; CELLS],
             loaded: [false; CELLS],
+            forces: [Vector::ZERO; CELLS],
         }
     }
 
@@ -124,6 +127,7 @@ impl Track {
             self.loaded[cell] = height < 0.0;
             if height >= 0.0 {
                 self.shear[cell] = [0.0; 2];
+                self.forces[cell] = Vector::ZERO;
                 continue;
             }
             let velocity = body.velocity_at(place);
@@ -169,6 +173,7 @@ impl Track {
             let resists = p.shear_damping * share;
             let [along, across] = [0, 1].map(|i| -per_metre * shear[i] - resists * rate[i]);
             let force = normal * carried + ahead * along + left * across;
+            self.forces[cell] = force;
             action.force += force;
             action.moment += (place - body.cog).cross(force);
             action.traction += along;

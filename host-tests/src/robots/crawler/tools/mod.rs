@@ -17,6 +17,14 @@ impl Tools for Crawler {
         operators::draw(random)
     }
 
+    fn places() -> &'static [(&'static str, &'static str)] {
+        &[
+            ("level ground", "crawler/arc.toml"),
+            ("slope of 20°", "crawler/slope.toml"),
+            ("slope of 20°, weak soil", "crawler/slope-weak-soil.toml"),
+        ]
+    }
+
     fn groups<S: Scalar>() -> Groups {
         vec![("crawler", evaluate::functions::<S>())]
     }

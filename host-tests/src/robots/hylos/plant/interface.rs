@@ -64,6 +64,18 @@ impl Plant for Hylos {
         }
     }
 
+    fn forces(&self) -> Vec<[[f64; 3]; 2]> {
+        let forces = self
+            .detail
+            .contacts
+            .into_iter()
+            .zip(self.detail.wheel_forces);
+        let normal = |place: [f64; 3]| self.hillside.normal([place[0], place[1]]);
+        forces
+            .map(|(place, force)| [place, normal(place).map(|part| part * force)])
+            .collect()
+    }
+
     fn bodies(&self) -> Vec<BodyShape> {
         let m = &self.parameters.measures;
         let platform = Part::Box {

@@ -17,6 +17,13 @@ impl Tools for Hylos {
         operators::draw(random)
     }
 
+    fn places() -> &'static [(&'static str, &'static str)] {
+        &[
+            ("hillside of 41°", "hylos/loop.toml"),
+            ("slope", "hylos/hazards/quick-turn-uphill.toml"),
+        ]
+    }
+
     fn groups<S: Scalar>() -> Groups {
         evaluate::groups::<S>()
     }

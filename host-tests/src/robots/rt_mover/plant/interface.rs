@@ -27,6 +27,13 @@ impl Plant for RtMover {
         }
     }
 
+    fn forces(&self) -> Vec<[[f64; 3]; 2]> {
+        let forces = self.wheels().into_iter().zip(self.loads());
+        forces
+            .map(|(place, load)| [place, [0.0, 0.0, load]])
+            .collect()
+    }
+
     fn bodies(&self) -> Vec<BodyShape> {
         robot::shapes(&self.parameters)
     }

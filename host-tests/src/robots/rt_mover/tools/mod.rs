@@ -17,6 +17,14 @@ impl Tools for RtMover {
         operators::draw(random)
     }
 
+    fn places() -> &'static [(&'static str, &'static str)] {
+        &[
+            ("step of 10 cm", "rt-mover/step-10.toml"),
+            ("step of 15 cm", "rt-mover/step-15.toml"),
+            ("step of 20 cm", "rt-mover/step-20.toml"),
+        ]
+    }
+
     fn groups<S: Scalar>() -> Groups {
         vec![("rt_mover", evaluate::functions::<S>())]
     }

@@ -20,6 +20,7 @@ pub fn beginning(random: &mut Random) -> Description {
         robot: Robot::nominal(random.between(0.5, 3.0)),
         operator: Operator {
             client: false,
+            from_power_up: false,
             speed_mps: random.between(0.08, 0.18),
             chassis_deg: 45.0,
             step_m: 0.0,
@@ -34,6 +35,7 @@ pub fn beginning(random: &mut Random) -> Description {
         sensors: Sensors::default(),
         settings: BTreeMap::new(),
         faults: Vec::new(),
+        frames: Vec::new(),
         hand: Vec::new(),
         expect: Expect::default(),
     }

@@ -2,7 +2,8 @@
 //! the ground, and pull on what they touch.
 //!
 //! `corners`: the corners of the ground in the plane of a belt. [`path`]: the shortest loop over
-//! them. [`tension`]: the tensions of its sections. `pull`: what it pulls on.
+//! them. [`tension`]: the tensions of its sections. `pull`: what it pulls on. `drawn`: the line
+//! through which it is drawn.
 //! Where a pulley or a guide plate presses the belt on the ground, the physics engine computes the
 //! contact.
 //!
@@ -13,6 +14,7 @@
 //! 9 / kg for both belts, and the left side is 3.4 even if no gear held the segments.
 
 mod corners;
+mod drawn;
 pub mod path;
 mod pull;
 pub mod tension;

@@ -1,0 +1,127 @@
+//! What the page draws: shapes of the robot once, the ground by areas, and the state of the run.
+
+use super::Drive;
+use crate::robots::Posture;
+use crate::scenario::Scenario;
+use crate::simulator::record::BusFrame;
+use crate::world::Plant;
+use crate::world::truth::Part;
+use serde_json::{Value, json};
+use tautrack::settings::Setting;
+
+/// Half the distance between the two lines of points at a vertical face, m.
+const FACE: f64 = 1e-6;
+
+/// What does not change during a run.
+pub fn still(scenario: &Scenario, plant: &dyn Plant) -> Value {
+    let facts = scenario.kind().facts();
+    let part = |part: &Part| match *part {
+        Part::Box { centre, size } => json!({ "box": size, "centre": centre }),
+        Part::Wheel {
+            centre,
+            radius,
+            width,
+        } => json!({ "wheel": [radius, width], "centre": centre }),
+    };
+    let bodies = plant.bodies();
+    let bodies = bodies.iter().map(
+        |body| json!({ "name": body.name, "parts": body.parts.iter().map(part).collect::<Vec<_>>() }),
+    );
+    let nodes = scenario.nodes();
+    let nodes = nodes.iter().map(
+        |node| json!({ "name": node.name, "id": node.id, "role": node.role.name(), "motor": node.motor.is_some() }),
+    );
+    let posture = match scenario.robot.section().posture() {
+        Posture::None => json!({ "kind": "none" }),
+        Posture::ChassisAngle { travel } => {
+            json!({ "kind": "chassis", "travel_deg": travel.map(f64::to_degrees) })
+        }
+        Posture::Clearance { first_m } => json!({ "kind": "clearance", "first_m": first_m }),
+        Posture::Step => json!({ "kind": "step" }),
+    };
+    json!({
+        "robot": scenario.kind().argument(),
+        "robot_name": facts.name,
+        "name": scenario.name,
+        "about": scenario.about,
+        "duration_s": scenario.duration_s,
+        "guard": scenario.guard,
+        "sketch": plant.sketch(),
+        "bodies": bodies.collect::<Vec<_>>(),
+        "nodes": nodes.collect::<Vec<_>>(),
+        "posture": posture,
+        "levels": levels(scenario),
+        "extent": scenario.robot.section().extent(&scenario.terrain),
+        "front_m": scenario.robot.section().front_m(),
+        "description": **scenario,
+    })
+}
+
+/// The guard's levels of a margin, m.
+fn levels(scenario: &Scenario) -> Value {
+    let nodes = scenario.nodes();
+    let guard = nodes.last().map_or(&[][..], |guard| &guard.settings);
+    let metres = |setting: Setting| {
+        let given = guard.iter().rev().find(|(of, _)| *of == setting);
+        let micrometres = given.map_or(setting.description().default, |(_, value)| *value);
+        f64::from(micrometres) * 1e-6
+    };
+    json!({
+        "caution": metres(Setting::CautionMargin),
+        "stop": metres(Setting::StopMargin),
+        "trip": metres(Setting::TripMargin),
+    })
+}
+
+/// The state after the last step.
+pub fn state(drive: &mut Drive) -> Value {
+    let sample = drive.sample();
+    json!({
+        "sample": sample,
+        "forces": drive.plant().forces(),
+        "belts": drive.plant().belts(),
+        "powered": drive.powered(),
+        "commanded": drive.commanded(),
+        "requested": drive.requested(),
+        "faults": drive.active_faults(),
+    })
+}
+
+/// Delivered frames: time in ms, sender, identifier and data of each.
+pub fn frames(frames: &mut Vec<BusFrame>) -> Value {
+    let frames = frames.drain(..);
+    frames
+        .map(|of| {
+            json!([
+                of.time_us / 1_000,
+                of.sender,
+                of.frame.id(),
+                of.frame.data()
+            ])
+        })
+        .collect()
+}
+
+/// The ground in an area: lines of x and of y, and the height at each of their crossings.
+pub fn ground(plant: &dyn Plant, area: [[f64; 2]; 2], cell: f64) -> Value {
+    let lines = [0, 1].map(|axis: usize| {
+        let [from, to] = area[axis];
+        let cells = ((to - from) / cell).ceil().clamp(1.0, 400.0) as u32;
+        let mut lines: Vec<f64> = (0..=cells)
+            .map(|index| from + (to - from) * f64::from(index) / f64::from(cells))
+            .collect();
+        let direction = [1.0 - axis as f64, axis as f64];
+        let edges = plant.ground_edges([0.0; 2], direction).into_iter();
+        let inside = edges.filter(|edge| (from..to).contains(edge));
+        lines.extend(inside.flat_map(|edge| [edge - FACE, edge + FACE]));
+        lines.sort_by(f64::total_cmp);
+        lines
+    });
+    let [xs, ys] = &lines;
+    let heights = xs
+        .iter()
+        .flat_map(|x| ys.iter().map(|y| plant.ground_height([*x, *y])));
+    // A tenth of a millimetre is enough for a picture.
+    let heights = heights.map(|height| (height * 1e4).round() * 1e-4);
+    json!({ "x": xs, "y": ys, "z": heights.collect::<Vec<_>>() })
+}
