@@ -4,7 +4,7 @@
 use crate::programs::Programs;
 use crate::robots::Posture;
 use crate::scenario::{
-    Belts, ClientFrame, Description, Event, Expect, Fault, FaultKind, Operator, OperatorRequest,
+    Belts, Clearance, ClientFrame, Description, Event, Expect, Fault, FaultKind, Operator, OperatorRequest,
     Scenario, When,
 };
 use crate::simulator::record::Sample;
@@ -38,6 +38,8 @@ pub struct Command {
     pub step_m: f64,
     /// Whether the belts of B2P2 are released.
     pub released: bool,
+    /// Whether B2P2 clears obstacles by itself.
+    pub autonomous: bool,
 }
 
 impl Default for Command {
@@ -49,6 +51,7 @@ impl Default for Command {
             clearance_m: 0.0,
             step_m: 0.0,
             released: false,
+            autonomous: false,
         }
     }
 }
@@ -75,6 +78,7 @@ impl Command {
                 let (least, most) = ((10.0 * least).ceil() / 10.0, (10.0 * most).floor() / 10.0);
                 within.chassis_deg = whole(self.chassis_deg, least, most, 10.0);
                 within.released = self.released;
+                within.autonomous = self.autonomous;
             }
             Posture::Clearance { .. } => {
                 within.clearance_m = whole(self.clearance_m, 0.1, 0.4, 1e3);
@@ -101,6 +105,11 @@ impl Command {
                 Belts::Released
             } else {
                 Belts::Taut
+            }),
+            clearance: (self.autonomous != before.autonomous).then_some(if self.autonomous {
+                Clearance::Autonomous
+            } else {
+                Clearance::Manual
             }),
             request: None,
         }

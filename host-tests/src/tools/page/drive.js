@@ -127,7 +127,7 @@ async function start(text, changes = {}, script = app.script) {
     const [state] = await link.ask({ advance: 1 });
     Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, running: true, carry: 0 });
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
-    app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false };
+    app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false, autonomous: false };
     app.fast = { b2p2: .15, crawler: .15, hylos: .3, "rt-mover": .12 }[still.robot] || .15;
     app.scene = createScene(app.renderer, still);
     const size = { b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 }[still.robot] || 1;
@@ -262,9 +262,11 @@ function reset() { app.armed = false; act({ ask: "reset" }); }
 function pause() { app.running = !app.running; showTime(); }
 function single() { app.running = false; if (!app.busy && !app.ended) advance(1); showTime(); }
 const restart = () => start(app.text, app.changes, app.script).catch(fail);
-function slack() { if (app.still.posture.kind === "chassis") { app.command.released = !app.command.released; showPosture(); } }
+function toggle(key) { if (app.still.posture.kind === "chassis") { app.command[key] = !app.command[key]; showPosture(); } }
+const slack = () => toggle("released");
+const autonomous = () => toggle("autonomous");
 
-const KEYS = { Enter: arm, Space: stop, Escape: emergency, KeyR: reset, KeyP: pause, Period: single, Digit0: restart, KeyB: slack };
+const KEYS = { Enter: arm, Space: stop, Escape: emergency, KeyR: reset, KeyP: pause, Period: single, Digit0: restart, KeyB: slack, KeyC: autonomous };
 addEventListener("keydown", event => {
   const writing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox";
   if (event.ctrlKey || event.metaKey || event.altKey || (writing && event.code !== "Escape")) return;
@@ -370,13 +372,13 @@ function showCameras() {
   for (const button of $("cameras").children) button.setAttribute("aria-pressed", String(button.dataset.mode === app.camera.mode));
 }
 
-// The controls of the robot's posture. Another kind of posture, like a clearance that the guard
-// chooses by itself, is another entry here.
+// The controls of the robot's posture.
 const POSTURES = {
   none: () => [],
   chassis: ({ travel_deg: [least, most] }) => [
     slider("Chassis angle", "chassis_deg", Math.ceil(least), Math.floor(most), 1, value => `${value.toFixed(0)}°`),
     make("label", { class: "row" }, make("input", { type: "checkbox", id: "released", onchange: slack }), " Release the belts (slack)"),
+    make("label", { class: "row" }, make("input", { type: "checkbox", id: "autonomous", onchange: autonomous }), " Clear stairs and curbs by itself"),
   ],
   clearance: () => [slider("Clearance", "clearance_m", .1, .4, .005, value => `${(value * 100).toFixed(1)} cm`)],
   step: () => [make("div", { class: "row" }, make("span", {}, "Step ahead, cm"), make("span", {}, ...[0, .05, .1, .15, .2].map(height =>
@@ -395,8 +397,7 @@ function showPosture() {
     text(input.nextElementSibling, input.nextElementSibling.words(value));
   }
   for (const button of $("posture").querySelectorAll("button")) button.setAttribute("aria-pressed", String(Number(button.dataset.step) === app.command.step_m));
-  const released = $("released");
-  if (released) released.checked = app.command.released;
+  for (const key of ["released", "autonomous"]) if ($(key)) $(key).checked = app.command[key];
 }
 
 const FAULTS = [
