@@ -471,6 +471,8 @@ function changesOf(form) {
 function build() {
   const groups = {};
   places.forEach((place, index) => {
+    // A name within sentences becomes one of a list.
+    place.robot = place.robot[0].toUpperCase() + place.robot.slice(1);
     groups[place.robot] ??= make("optgroup", { label: place.robot });
     groups[place.robot].append(make("option", { value: index }, `${place.robot}: ${place.ground}`));
   });
