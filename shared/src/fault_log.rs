@@ -220,7 +220,10 @@ mod tests {
         for bit in 0..32 * WORDS {
             let mut wrong = words;
             wrong[bit / 32] ^= 1 << (bit % 32);
-            assert!(FaultLog::new(&wrong, Reset::Power as u8).is_empty(), "{bit}");
+            assert!(
+                FaultLog::new(&wrong, Reset::Power as u8).is_empty(),
+                "{bit}"
+            );
         }
         for word in [0, u32::MAX, 0x5a5a_5a5a] {
             assert!(FaultLog::new(&[word; WORDS], Reset::Power as u8).is_empty());

@@ -19,8 +19,8 @@ use embassy_time::{Duration, Instant, Ticker};
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::{Condition, Table};
 use tautrack::can::Frame;
-use tautrack::fault_log::FaultLog;
 use tautrack::constants::CONTROL_HZ;
+use tautrack::fault_log::FaultLog;
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
 

@@ -88,7 +88,13 @@ fn option_bytes_that_let_the_pin_decide_are_named_and_set() {
     let (_, set, calls) = run("ffeff8aa", &["--set-option-bytes"]);
     assert_eq!(set, "0xfbeff8aa");
     // The keys in the order of RM0440, then the start of programming.
-    let order = ["0x45670123", "0xcdef89ab", "0x08192a3b", "0x4c5d6e7f", "0x00020000"];
+    let order = [
+        "0x45670123",
+        "0xcdef89ab",
+        "0x08192a3b",
+        "0x4c5d6e7f",
+        "0x00020000",
+    ];
     let places = order.map(|word| calls.find(word).expect("a key"));
     assert!(places.is_sorted(), "{calls}");
     // As the factory sets them.
