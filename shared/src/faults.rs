@@ -71,7 +71,7 @@ faults! {
         "fault reset",
         "Switch the supply off. Measure the resistance between the phases and to ground. Check `resistance` and `inductance`.";
     ProcessorEvent = 0x5220, "event of the processor", Off,
-        "The processor has opened the bridge without software: its supply of 3.3 V is low, its flash memory has an error of two bits, or its core has locked up. Or, after the reset that follows: its crystal has failed, or its program has panicked.",
+        "The processor has opened the bridge without software: its supply of 3.3 V is low, its flash memory has an error of two bits, or its core has locked up. Or, after the reset that follows: its crystal has failed, its stack has overflowed, or its program has panicked.",
         1 "the event",
         "fault reset",
         "Read the log: it names the event. Check the board's 3.3 V under load, and flash the board again.";
@@ -106,7 +106,7 @@ faults! {
         "fault reset",
         "The rotor sensor or its magnet has turned on the shaft, or `electrical_offset` is wrong: measure it anew. Or the encoder stands still or counts backwards: check its cable. Or a lead of the motor is open, while the drive needs less than 10 % of `current_limit`.";
     EncoderNoise = 0x7305, "encoder noise", Off,
-        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor. Or the code of Hall sensors does not exist, or skipped a sector, ten times in a row, or in one PWM period of six for 80 periods, also without power.",
+        "The encoder made three steps within a few milliseconds that exceed twice `velocity_limit`. Or the index of the encoder came more than 5 counts from where it came before, or did not come in a turn of the rotor. Or the code of Hall sensors does not exist, or skipped a sector, ten times in a row, or in one PWM period of six for 80 periods, or stayed in the opposite sector for three periods, also without power. A drive that needs homing is then no longer homed.",
         6 "the first noise of 800 counts, at 1.2 to 5.5 rad/s",
         "fault reset",
         "Check the cable and the shield of the encoder, with its index, or of each Hall sensor, and `encoder_counts`.";

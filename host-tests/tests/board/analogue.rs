@@ -31,8 +31,8 @@ fn the_comparators_follow_the_zero_and_the_current_limit_of_the_settings() {
     };
     for (zeros, limit) in [
         ([24_687, 24_687], 10_000),
-        ([32_768, 32_000], 2_000),
-        ([24_687, 32_768], 30_000),
+        ([32_700, 32_000], 2_000),
+        ([24_687, 32_700], 30_000),
     ] {
         let mut pages = Pages::erased();
         let settings = [

@@ -183,7 +183,7 @@ pub fn a_bridge_that_is_armed_again_begins_without_voltage() {
 
 #[test]
 pub fn each_low_side_conducts_long_enough_for_a_sample_and_the_driver_of_its_high_side() {
-    for codes in [[40, 0], [0, 40], [-40, 40], [60, 60]] {
+    for codes in [[60, -60], [-60, 60]] {
         let mut chip = armed_axle();
         let from = chip.clock();
         // Currents that no voltage ends: the current loop gives all the voltage that it has.
