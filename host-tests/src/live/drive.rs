@@ -4,8 +4,8 @@
 use crate::programs::Programs;
 use crate::robots::Posture;
 use crate::scenario::{
-    Belts, Clearance, ClientFrame, Description, Event, Expect, Fault, FaultKind, Operator, OperatorRequest,
-    Scenario, When,
+    Belts, Clearance, ClientFrame, Description, Event, Expect, Fault, FaultKind, Operator,
+    OperatorRequest, Scenario, When,
 };
 use crate::simulator::record::Sample;
 use crate::simulator::run::operator::PERIOD_US;

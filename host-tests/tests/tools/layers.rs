@@ -14,6 +14,7 @@ const SHARED: &[&str] = &[
     "settings",
     "faults",
     "math",
+    "fault_log",
     "bus",
     "motor",
     "screw",

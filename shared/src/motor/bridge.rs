@@ -35,7 +35,8 @@ pub struct Readings {
     /// Codes of the currents out of half bridges a and b, 16 bits, left-aligned. The zero is
     /// [`CurrentSensing::zero`]; larger codes are currents into the motor.
     pub currents: [u16; 2],
-    /// The same of half bridge c, on a board that measures it. The sum of the three is checked then.
+    /// The same of half bridge c, on a board that measures it. The sum of the three is checked
+    /// then.
     pub third: Option<u16>,
     /// Count of the rotor sensor of a three-phase motor: within a turn of the rotor, or from turn
     /// to turn, wrapping at 2^32. A brushed motor needs none.

@@ -197,8 +197,8 @@ impl Halls {
     }
 
     /// Returns whether a sensor or its line is broken: too many codes do not exist, or are no
-    /// neighbours of the last one, or one has lost the position. Before the first code that exists, the count says nothing, so
-    /// the sensors count as broken.
+    /// neighbours of the last one, or one has lost the position. Before the first code that exists,
+    /// the count says nothing, so the sensors count as broken.
     pub fn are_broken(&self) -> bool {
         !self.started || self.score >= BROKEN
     }
@@ -216,7 +216,8 @@ pub fn code(angle: Angle, displaced: [Angle; 3]) -> u32 {
     code
 }
 
-#[cfg(all(test, feature = "lockstep"))]
+#[cfg(test)]
+#[cfg(feature = "lockstep")]
 mod tests {
     extern crate std;
     use super::*;

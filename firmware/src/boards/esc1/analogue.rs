@@ -1,4 +1,5 @@
-//! The analogue circuits of the board: zero, scale and thresholds, as they follow from its resistors.
+//! The analogue circuits of the board: zero, scale and thresholds, as they follow from its
+//! resistors.
 //!
 //! | Part | Value | Source |
 //! |---|---|---|
@@ -9,8 +10,8 @@
 //! | divider of the supply voltage | 169 k, 18 k | `SimpleFOC`; FOC-Stim |
 //!
 //! The same thread says once that the op-amp's output without current is half the reference. So the
-//! firmware works with any zero between 25 and 75 % of the range, and the thresholds follow from the
-//! zero in the settings, which the calibration measures. Nothing here was measured on a board.
+//! firmware works with any zero between 25 and 75 % of the range, and the thresholds follow from
+//! the zero in the settings, which the calibration measures. Nothing here was measured on a board.
 
 /// Reference of the converters, V.
 const REFERENCE: f32 = 3.3;

@@ -238,8 +238,8 @@ pub fn tripped() -> bool {
     pac::TIM1.sr().read().0 & BREAKS != 0
 }
 
-/// What has opened the bridge without software, and the drive has not been disabled since. The first
-/// call says whether the last reset followed a failure.
+/// What has opened the bridge without software, and the drive has not been disabled since. The
+/// first call says whether the last reset followed a failure.
 pub fn stop() -> Option<BridgeStop> {
     let flags = pac::TIM1.sr().read().0;
     if CRASHED.swap(false, Ordering::Relaxed) {

@@ -1,9 +1,9 @@
 //! Bounds and defaults of the settings that depend on what the board is built of.
 //!
 //! ST designed the board for batteries of up to six cells (UM2516), so for 25.2 V. It measures the
-//! temperature between its transistors. Its gate drivers need a dead time: 300 ns are in use on this
-//! board in other firmware. It has no output for a brake, and no input for the temperature of the
-//! motor.
+//! temperature between its transistors. Its gate drivers need a dead time: 300 ns are in use on
+//! this board in other firmware. It has no output for a brake, and no input for the temperature of
+//! the motor.
 
 use super::analogue::ZERO;
 use tautrack::motor::board_limits::Limit;

@@ -11,8 +11,8 @@
 //! * `copy`: a function of the library, faster than its own
 //!
 //! The selected board has more functions for them: `make_safe` switches off what moves, `stopped`
-//! says whether an input of the board prevents motion, and `note_crash` is told what led to a reset.
-//! Its crystal is in constants.
+//! says whether an input of the board prevents motion, and `note_crash` is told what led to a
+//! reset. Its crystal is in constants.
 
 pub(super) mod can;
 pub(super) mod clock;

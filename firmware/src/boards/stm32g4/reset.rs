@@ -113,8 +113,9 @@ unsafe extern "C" fn hard_fault(frame: &cortex_m_rt::ExceptionFrame) -> ! {
     wait_for_watchdog()
 }
 
-/// Handles a crystal that has failed: the core runs on its own oscillator, with which the bus cannot
-/// work, so the board stops and is reset. Or an error in the flash memory: in the program, the same.
+/// Handles a crystal that has failed: the core runs on its own oscillator, with which the bus
+/// cannot work, so the board stops and is reset. Or an error in the flash memory: in the program,
+/// the same.
 #[cortex_m_rt::exception]
 unsafe fn NonMaskableInt() {
     if pac::RCC.cifr().read().cssf() {

@@ -1,9 +1,9 @@
 //! Guard at the end of the stack. A stack that overflows is a hard fault and overwrites nothing.
 //!
 //! The memory protection unit lets nobody use the first [`SIZE`] bytes behind the static variables
-//! that it can guard. The handler of hard faults runs without the unit. It takes the whole stack for
-//! itself if the stack has overflowed, because it never returns. If the core locks up instead, this
-//! opens the bridge, and the watchdog resets the chip.
+//! that it can guard. The handler of hard faults runs without the unit. It takes the whole stack
+//! for itself if the stack has overflowed, because it never returns. If the core locks up instead,
+//! this opens the bridge, and the watchdog resets the chip.
 
 use core::arch::global_asm;
 use cortex_m::peripheral::MPU;

@@ -15,7 +15,8 @@ const SHUNT: f32 = 0.003;
 const GAIN: f32 = 16.0 * 4.0 / 7.0;
 /// Reference of the converters, V.
 const REFERENCE: f32 = 3.3;
-/// Voltage of an op-amp without current, V: 16 times that of 22 k to the reference against 1.5 k and
+/// Voltage of an op-amp without current, V: 16 times that of 22 k to the reference against 1.5 k
+/// and
 /// 2.2 k to ground.
 pub(super) const ZERO: f32 = 2.057;
 /// Divider of the supply voltage.

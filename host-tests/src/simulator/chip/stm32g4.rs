@@ -1,8 +1,8 @@
 //! A model of the STM32G431 and the STM32G474 around rsemu's Cortex-M4F: as much of them as the
 //! images of the boards use.
 //!
-//! Registers without a behaviour below keep what is written. Not modelled: bus contention, errors of
-//! received frames and everything analogue.
+//! Registers without a behaviour below keep what is written. Not modelled: bus contention, errors
+//! of received frames and everything analogue.
 //!
 //! `breaks` has what opens the bridge without software.
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.

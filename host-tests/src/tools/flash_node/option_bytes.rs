@@ -22,8 +22,8 @@ const CONTROL: u32 = 0x4002_2014;
 const PROGRAM_OPTIONS: u32 = 1 << 17;
 const LOAD_OPTIONS: u32 = 1 << 27;
 
-/// Reads the option bytes of a connected motor board, and sets them if `set`. Otherwise it says what
-/// is wrong with them.
+/// Reads the option bytes of a connected motor board, and sets them if `set`. Otherwise it says
+/// what is wrong with them.
 ///
 /// # Errors
 /// One line with the command that failed, or why they are not set.

@@ -1,5 +1,6 @@
 //! Measures the codes at which no current flows: first with an open bridge, because a zero that is
-//! far from the settings' one looks like an over-current. Then all half bridges give the same voltage.
+//! far from the settings' one looks like an over-current. Then all half bridges give the same
+//! voltage.
 
 use super::record::{Quantity, Refusal};
 use super::tick::{Tick, check_at_most};

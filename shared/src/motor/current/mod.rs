@@ -395,9 +395,9 @@ impl CurrentLoop {
         }
     }
 
-    /// Returns the currents of half bridges a and b, and the sum of all. Where a low side conducted too
-    /// briefly for a sample, the current follows from the other ones, and the sum is 0. Half bridge c
-    /// of a brushed motor is not connected. The zero of c is that of b.
+    /// Returns the currents of half bridges a and b, and the sum of all. Where a low side conducted
+    /// too briefly for a sample, the current follows from the other ones, and the sum is 0. Half
+    /// bridge c of a brushed motor is not connected. The zero of c is that of b.
     #[inline]
     fn currents(&self, readings: &Readings) -> ([i32; 2], i32) {
         let [a, b] = self.sensing.currents(readings.currents);

@@ -75,8 +75,8 @@ impl Chip {
         (free.len() - unused) as u32
     }
 
-    /// Makes the stack go on at `end`, and the thread push words on it without an end. Interrupts still
-    /// run.
+    /// Makes the stack go on at `end`, and the thread push words on it without an end. Interrupts
+    /// still run.
     pub fn overflow_stack(&mut self, end: u32) {
         while self.cpu.current_exception() != Exception(0) {
             self.run(1);

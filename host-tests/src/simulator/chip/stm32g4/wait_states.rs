@@ -1,5 +1,5 @@
-//! Time for which the core waits for the flash memory (RM0440, 5.3.3 and 5.3.4): the memory gives 64
-//! bits at a time, after the wait states of the register ACR. Three parts shorten this:
+//! Time for which the core waits for the flash memory (RM0440, 5.3.3 and 5.3.4): the memory gives
+//! 64 bits at a time, after the wait states of the register ACR. Three parts shorten this:
 //!
 //! * The 64 bits of instructions that were read last need no reading.
 //! * The prefetch reads the next 64 bits while the core executes these.
