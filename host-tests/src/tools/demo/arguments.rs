@@ -25,8 +25,7 @@ pub(super) struct Arguments {
     pub page: bool,
     /// Runs the scenario with the guard's filter on and off, and writes a page that shows both:
     /// compare.html in the folder of --out
-    # [arg(long, conflicts_with_all = ["page", "suite", "speed", "slcan", "image", "flash",
-    # "guard"])]
+    #[arg(long, conflicts_with_all = ["page", "suite", "speed", "slcan", "image", "flash", "guard"])]
     pub compare: bool,
     /// Runs a suite of scenarios instead of one, with the nodes of --nodes host, and writes its
     /// table
