@@ -170,9 +170,10 @@ fn write(
     saved
 }
 
-/// The defaults with this node id, and with limits that suit an unknown motor.
+/// The board's defaults with this node id, and with limits that suit an unknown motor.
 pub fn with_id(id: u8) -> Settings {
     let mut settings = Settings::default();
+    board_limits::set_defaults(LIMITS, &mut settings);
     let mut set = |setting: Setting, value: i32| {
         // Cannot fail: the master's request was checked, and the limits are within their bounds.
         let _ = settings.set(setting.bounds().key, value);

@@ -24,7 +24,7 @@ const DEFECTS: [(&str, Defect, fn()); 35] = [
     (
         "no prefetch",
         register(FLASH_CONTROL, 1 << 8, 0),
-        test::the_current_interrupt_takes_at_most_a_fifth_of_its_period_with_all_wait_states,
+        test::the_core_runs_at_170_mhz_from_the_crystal_with_boost_and_four_wait_states,
     ),
     (
         "no caches of the flash memory",

@@ -86,7 +86,8 @@ fn every_guard_keeps_its_limits() {
         println!("{row:?}");
         assert_eq!(row.excesses(), Vec::<String>::new());
         assert!(row.flash_limit < PROGRAM.end - PROGRAM.start, "{row:?}");
-        assert_eq!(row.ram, 128 * 1024);
+        // Less the guard at the end of the stack.
+        assert!((127 * 1024..128 * 1024).contains(&row.ram), "{row:?}");
         assert!(row.stack > 0 && row.stack <= row.nested_stack, "{row:?}");
     }
 }

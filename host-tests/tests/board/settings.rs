@@ -289,9 +289,9 @@ fn a_node_has_the_defaults_of_its_board_and_refuses_what_the_board_does_not_bear
         assert_eq!(read(&mut chip, object(setting)), default, "{setting:?}");
     }
     for (setting, value) in [
-        (Setting::OverVoltage, 32_000),
+        (Setting::OverVoltage, 31_000),
         (Setting::DeadTime, 0),
-        (Setting::BridgeTemperature, 0),
+        (Setting::BridgeTemperature, 300),
         (Setting::BrakeReleaseTime, 40),
         (Setting::MotorTemperature, 900),
     ] {

@@ -75,6 +75,11 @@ impl Chip {
         (free.len() - unused) as u32
     }
 
+    /// Counts the wait states of the flash memory from now on.
+    pub fn count_wait_states(&self) {
+        self.timed_flash.count();
+    }
+
     /// Makes the stack go on at `end`, and the thread push words on it without an end. Interrupts
     /// still run.
     pub fn overflow_stack(&mut self, end: u32) {

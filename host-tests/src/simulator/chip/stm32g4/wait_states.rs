@@ -6,12 +6,14 @@
 //! * The caches keep what the core has waited for: 32 lines of instructions and 8 of data, each of
 //!   four times 64 bits. The line that was not used for the longest time makes room.
 //!
+//! A chip counts them from [`super::Chip::count_wait_states`] on.
+//!
 //! Not modelled: accesses of the core ahead of the instruction that it executes, which shorten the
 //! waiting, and the other masters of the bus. Never compared with silicon.
 
 use rsemu::core::space::{AccessConstraints, MemAttrs, MemOps, MemResult, RamStore};
 use std::fmt;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 
 /// Number of no word.
@@ -122,6 +124,7 @@ impl Interface {
 /// Flash memory as the core reads it.
 pub(super) struct TimedFlash {
     bytes: Arc<RamStore>,
+    counts: AtomicBool,
     /// Word of instructions that was read last.
     current: AtomicU32,
     interface: Mutex<Interface>,
@@ -137,6 +140,7 @@ impl TimedFlash {
     pub fn new(bytes: Arc<RamStore>) -> Self {
         Self {
             bytes,
+            counts: AtomicBool::new(false),
             current: AtomicU32::new(NONE),
             interface: Mutex::new(Interface {
                 control: 0,
@@ -148,6 +152,11 @@ impl TimedFlash {
                 data: Cache::EMPTY,
             }),
         }
+    }
+
+    /// Counts the wait states from now on.
+    pub fn count(&self) {
+        self.counts.store(true, Ordering::Relaxed);
     }
 
     /// Begins an instruction: with the register ACR, and the clock.
@@ -165,7 +174,9 @@ impl TimedFlash {
 impl MemOps for TimedFlash {
     fn read(&self, offset: u64, bytes: &mut [u8], attributes: MemAttrs) -> MemResult {
         let word = (offset / 8) as u32;
-        if !attributes.is_fetch() {
+        if !self.counts.load(Ordering::Relaxed) {
+            // No waiting.
+        } else if !attributes.is_fetch() {
             self.interface.lock().expect("an interface").load(word);
         } else if self.current.swap(word, Ordering::Relaxed) != word {
             self.interface.lock().expect("an interface").fetch(word);
