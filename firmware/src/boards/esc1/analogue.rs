@@ -3,9 +3,9 @@
 //!
 //! | Part | Value | Source |
 //! |---|---|---|
-//! | shunt of a half bridge, between its low side and ground | 3 mOhm | `SimpleFOC`; FOC-Stim, `bsp_g431b_esc1.cpp` |
-//! | from the shunt to the inputs of op-amp and comparator | 1.5 k | `SimpleFOC` forum, "B-G431B-ESC1 Current Control" |
-//! | from there to ground, and to the reference | 2.2 k, 22 k | the same |
+//! | shunt of a half bridge, to ground | 3 mOhm | `SimpleFOC`; FOC-Stim, `bsp_g431b_esc1.cpp` |
+//! | from there to op-amp, comparator | 1.5 k | its forum, "B-G431B-ESC1 Current Control" |
+//! | from these to ground, and to the reference | 2.2 k, 22 k | the same |
 //! | gain of the op-amp in the chip | 16 | `sampling` sets it |
 //! | divider of the supply voltage | 169 k, 18 k | `SimpleFOC`; FOC-Stim |
 //!

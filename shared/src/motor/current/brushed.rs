@@ -42,7 +42,7 @@ impl Brushed {
         let counts = |voltage, current| {
             let ideal = mul_high_add(half, voltage, point.counts_per_volt >> 5);
             let compensated = mul_high_add(ideal, sign(current), self.dead_time);
-            compensated.clamp(0, point.highest) as u16
+            compensated.max(0).min(point.highest) as u16
         };
         let compare = [
             counts(voltage, current),

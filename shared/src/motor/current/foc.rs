@@ -150,7 +150,7 @@ impl Foc {
             mul_high_add(b, sign_b, self.dead_time),
             mul_high_sub(c, sign_c, self.dead_time),
         ]
-        .map(|compare| compare.clamp(0, point.highest) as u16)
+        .map(|compare| compare.max(0).min(point.highest) as u16)
     }
 }
 
