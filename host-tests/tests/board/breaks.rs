@@ -220,7 +220,7 @@ fn fault(chip: &mut Chip) -> (u32, bool) {
 pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current() {
     let causes: [(u32, Cause); 3] = [
         (0xff20, |chip| {
-            chip.pins(|pins| pins.safe_torque_off = false)
+            chip.pins(|pins| pins.safe_torque_off = false);
         }),
         (0x2340, |chip| chip.pins(|pins| pins.over_current[2] = true)),
         (0x5220, |chip| chip.pins(|pins| pins.chip_supply = 2.8)),

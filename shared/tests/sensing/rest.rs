@@ -1,5 +1,6 @@
 //! Tests of what the guard learns of its sensors while the robot rests.
 
+use std::f64::consts::TAU;
 use tautrack::constants::GRAVITY;
 use tautrack::sensing::rest::Rest;
 use tautrack::sensors::BodySensors;
@@ -113,7 +114,7 @@ fn the_first_rest_shows_the_constant_errors_of_gyroscope_and_accelerometer() {
 /// no more than the uncertainty, which a noise of the readings adds to.
 #[test]
 fn a_robot_that_turns_or_rocks_slowly_teaches_no_more_than_the_uncertainty() {
-    let rocking = |hertz: f64| move |time: f64| (0.0175 * libm::sin(6.283 * hertz * time), 0.0);
+    let rocking = |hertz: f64| move |time: f64| (0.0175 * libm::sin(TAU * hertz * time), 0.0);
     let trembling = |time: f64| (0.0052 * libm::sin(36.13 * time), 0.0);
     let motions: [Motion; 9] = [
         &trembling,
