@@ -180,6 +180,7 @@ impl Attitude {
     pub fn rest(&mut self, inclination: [f32; 2]) {
         self.tilt = Some(inclination.map(Angle::from_radians));
         (self.measured, self.contradiction) = ([0.0; 2], [0.0; 2]);
+        (self.unlevelled, self.hidden) = (0.0, 0.0);
     }
 
     /// Takes the distance that the robot has travelled by its drives, forward positive, um (it

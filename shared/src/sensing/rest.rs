@@ -223,54 +223,62 @@ impl Rest {
         self.rate_sum = means.map_or([0.0; 3], |means| means.rate.rising);
     }
 
-    fn learn(&mut self, first: &Means, means: &Means) -> Option<[f32; 2]> {
-        // Weights that rise over the first window and fall over the newest one: so weighted, the
-        // true rate is the change of the mean inclination from the first to the newest window.
-        let intervals = self.windows - 1.0;
-        let newest = &means.rate;
-        let rate: [f32; 3] = core::array::from_fn(|axis| {
-            (self.rate_sum[axis] + newest.value[axis] - newest.rising[axis]) / intervals
-        });
-        let rotation = first.inclination.change(&means.inclination);
-        let noise = max(first.rate.noise(), newest.noise());
-        let uncertainty = max(
-            rotation / (WINDOW * intervals) + noise / sqrt(intervals),
-            RESOLUTION,
-        );
-        let known = self.learned;
-        if known {
-            let before = self.uncertainty + DRIFT * self.age;
-            let pairs = rate.iter().zip(self.rate);
-            let difference = pairs.fold(0.0, |most, (now, before)| max(most, (now - before).abs()));
-            let contradicts = !(difference <= before + uncertainty);
-            if contradicts && self.windows < LONGEST {
-                self.disputed = difference + uncertainty;
-                return None;
-            }
-            if !contradicts {
-                self.disputed = 0.0;
-                if !(uncertainty < before) {
-                    return None;
-                }
-            }
-        } else if !(uncertainty < RATE_BOUND) {
+    /// Learns from the first and the newest window of a rest. Returns as [`Self::advance`].
+    fn learn(&mut self, first: &Means, newest: &Means) -> Option<[f32; 2]> {
+        let (rate, uncertainty) = self.estimate(first, newest);
+        let begins = !self.learned;
+        if !self.accepts(rate, uncertainty) {
             return None;
         }
         (self.rate, self.uncertainty, self.age) = (rate, uncertainty, 0.0);
         (self.disputed, self.learned) = (0.0, true);
-        if known {
-            return None;
+        begins.then(|| {
+            self.learn_force(newest);
+            newest.inclination.value
+        })
+    }
+
+    /// Returns the gyroscope's constant error by this rest, and its uncertainty, rad/s.
+    fn estimate(&self, first: &Means, newest: &Means) -> ([f32; 3], f32) {
+        // Weights that rise over the first window and fall over the newest one: so weighted, the
+        // true rate is the change of the mean inclination from the first to the newest window.
+        let intervals = self.windows - 1.0;
+        let rate = core::array::from_fn(|axis| {
+            let falling = newest.rate.value[axis] - newest.rate.rising[axis];
+            (self.rate_sum[axis] + falling) / intervals
+        });
+        let rotation = first.inclination.change(&newest.inclination);
+        let noise = max(first.rate.noise(), newest.rate.noise());
+        let uncertainty = rotation / (WINDOW * intervals) + noise / sqrt(intervals);
+        (rate, max(uncertainty, RESOLUTION))
+    }
+
+    /// Whether this error replaces the one that is known. A contradiction does not at first.
+    fn accepts(&mut self, rate: [f32; 3], uncertainty: f32) -> bool {
+        if !self.learned {
+            return uncertainty < RATE_BOUND;
         }
-        let inclination = means.inclination.value;
+        let before = self.uncertainty + DRIFT * self.age;
+        let pairs = rate.iter().zip(self.rate);
+        let difference = pairs.fold(0.0, |most, (now, before)| max(most, (now - before).abs()));
+        if difference <= before + uncertainty {
+            self.disputed = 0.0;
+            return uncertainty < before;
+        }
+        self.disputed = difference + uncertainty;
+        self.windows >= LONGEST
+    }
+
+    fn learn_force(&mut self, newest: &Means) {
+        let inclination = newest.inclination.value;
         let [pitch, roll] = inclination.map(|angle| sin_cos(Angle::from_radians(angle)));
         let up = [pitch.0 * roll.1, roll.0, pitch.1 * roll.1];
-        let force = means.force.value;
+        let force = newest.force.value;
         let error: [f32; 3] = core::array::from_fn(|axis| force[axis] - up[axis] * GRAVITY);
         // A larger difference is a fault, which the comparison of the sensors finds.
         if error.iter().all(|error| error.abs() <= FORCE_BOUND) {
             self.force = error;
         }
-        Some(inclination)
     }
 
     fn take_means(&mut self) -> Option<Means> {
@@ -319,11 +327,11 @@ impl Rest {
     /// on: until the errors are known well enough, and no longer than [`LONGEST_WAIT`].
     pub fn wait(&mut self, waits: bool, period: f32) -> bool {
         self.waited = if waits { self.waited + period } else { 0.0 };
-        let longer = self.waited < LONGEST_WAIT;
-        if !(longer || self.learned) {
+        let in_time = self.waited < LONGEST_WAIT;
+        if !(in_time || self.learned) {
             (self.uncertainty, self.age) = (RATE_BOUND, 0.0);
         }
-        longer && !(self.learned && self.rate_uncertainty() <= ENOUGH)
+        in_time && !(self.learned && self.rate_uncertainty() <= ENOUGH)
     }
 }
 

@@ -59,15 +59,14 @@ impl Axle {
         let mut present = self.watches.check(&readings, &self.bounds, stall);
         present.insert_if(Fault::Blocked, sign.stands);
         // A calibration, which measures the zero, runs without this state.
-        if self.state == State::SwitchedOn || self.powered() {
-            present.insert_if(Fault::InvalidReading, inputs.electrical.wrong_zero);
-        }
+        let ready = self.state == State::SwitchedOn || self.powered();
+        let wrong_zero = inputs.electrical.wrong_zero;
+        present.insert_if(Fault::InvalidReading, ready && wrong_zero);
         if let Some(stop) = inputs.bridge_stop {
-            let powered = self.state == State::SwitchedOn || self.powered();
             let (fault, counts) = match stop {
-                BridgeStop::SafeTorqueOff => (Fault::SafeTorqueOff, powered),
-                BridgeStop::Comparator => (Fault::ShortCircuit, powered),
-                BridgeStop::Processor => (Fault::ProcessorEvent, powered),
+                BridgeStop::SafeTorqueOff => (Fault::SafeTorqueOff, ready),
+                BridgeStop::Comparator => (Fault::ShortCircuit, ready),
+                BridgeStop::Processor => (Fault::ProcessorEvent, ready),
                 BridgeStop::Crash => (Fault::ProcessorEvent, true),
             };
             present.insert_if(fault, counts);
