@@ -264,3 +264,66 @@ fn tracks_that_spin_on_ice_turn_the_estimate_by_less_than_half_a_degree() {
     let [pitch, roll] = turn.errors();
     assert!(pitch < 0.2 && roll < 0.5, "{pitch} {roll}");
 }
+
+/// The errors of three axes add up at a pitch, and more so at a roll.
+#[test]
+fn an_error_on_every_axis_of_the_gyroscope_turns_the_estimate_by_at_most_its_drift() {
+    const RATE: f64 = 0.0175;
+    for [roll, pitch] in [[0.0, 0.0], [0.0, 0.8], [0.6, 0.0], [-0.6, 0.8], [0.5, -1.0]] {
+        let mut most = 0.0_f64;
+        let mut bound = 0.0;
+        for signs in 0..8_u32 {
+            let mut attitude = attitude([0.0, roll, pitch]);
+            let sign = |axis: u32| if signs >> axis & 1 == 0 { RATE } else { -RATE };
+            for _ in 0..20_000 {
+                let sensors = BodySensors {
+                    inclination: [pitch as f32, roll as f32],
+                    angular_rate: [sign(0) as f32, sign(1) as f32, sign(2) as f32],
+                    ..BodySensors::default()
+                };
+                attitude.update(&sensors, 1e-3);
+            }
+            let found = [attitude.pitch(), attitude.roll()].map(|angle| f64::from(angle.radians()));
+            most = most
+                .max((found[0] - pitch).abs())
+                .max((found[1] - roll).abs());
+            bound = f64::max(bound, f64::from(attitude.drift(RATE as f32)));
+        }
+        let place = format!("{roll} {pitch}: {most} of {bound}");
+        assert!(most <= 1.02 * bound && most > 0.8 * bound, "{place}");
+    }
+}
+
+/// A steady turn with grip, a gyroscope without error, and 3 degrees of noise: what is above the
+/// explained 2.3 degrees corrects the estimate, and what is below does not.
+#[test]
+fn noise_in_a_long_turn_stays_within_the_drift() {
+    let (speed, yaw_rate) = (0.4_f64, 0.985_f64);
+    let mut random = crate::random::Random(3);
+    let (mut attitude, mut largest) = (Attitude::default(), 0.0_f64);
+    for step in 0..60_000_u32 {
+        let aside = (speed * yaw_rate).atan2(9.806_65);
+        let noise: f64 = 0.052 * (0..4).map(|_| random.next()).sum::<f64>() * 0.866;
+        let sensors = BodySensors {
+            inclination: [0.0, if step < 100 { 0.0 } else { aside + noise } as f32],
+            angular_rate: [0.0, 0.0, if step < 100 { 0.0 } else { yaw_rate } as f32],
+            fresh: Fresh {
+                inclinometer: step.is_multiple_of(10),
+                ..Fresh::ALL
+            },
+            ..BodySensors::default()
+        };
+        attitude.update(&sensors, 1e-3);
+        if (step + 1).is_multiple_of(4) {
+            let turned = f64::from(step.saturating_sub(100)) * 1e-3;
+            attitude.travel((speed * turned * 1e6) as i32, 4e-3);
+        }
+        if step > 20_000 {
+            let roll = f64::from(attitude.roll().radians()).abs();
+            largest = largest.max(roll);
+            let bound = f64::from(attitude.drift(0.0)) + 1e-3;
+            assert!(roll < bound, "{step}: {roll} of {bound}");
+        }
+    }
+    assert!(largest > 2e-3, "{largest}");
+}

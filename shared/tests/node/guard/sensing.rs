@@ -206,6 +206,22 @@ fn a_gyroscope_with_a_constant_error_of_4_degrees_per_second_does_not_turn_the_p
     }
 }
 
+/// A track that says nothing may turn the robot.
+#[test]
+fn nothing_is_learned_while_a_track_is_silent() {
+    for (silent, wrong) in [(None, false), (Some(2), true)] {
+        let mut bench = Bench::new(&Settings::default());
+        bench.silent = silent;
+        bench.body = Some(biased(4.0));
+        let pitch = bench.run(8_000).motion.pitch;
+        assert_eq!(
+            pitch.abs() > 300,
+            wrong,
+            "{silent:?}: {pitch} of 0.01 degree"
+        );
+    }
+}
+
 #[test]
 fn a_gyroscope_that_reads_too_much_at_rest_is_not_armed_and_the_refusal_has_the_value() {
     for (degrees, armed) in [(5.9, true), (-5.9, true), (6.2, false), (-6.2, false)] {
