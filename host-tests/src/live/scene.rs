@@ -4,13 +4,13 @@ use super::Drive;
 use crate::robots::Posture;
 use crate::scenario::Scenario;
 use crate::simulator::record::BusFrame;
-use crate::world::Plant;
 use crate::world::truth::Part;
+use crate::world::{Plant, grid};
 use serde_json::{Value, json};
 use tautrack::settings::Setting;
 
-/// Half the distance between the two lines of points at a vertical face, m.
-const FACE: f64 = 1e-6;
+/// Maximum number of cells of the ground along each axis.
+const MOST_CELLS: f64 = 400.0;
 
 /// What does not change during a run.
 pub fn still(scenario: &Scenario, plant: &dyn Plant) -> Value {
@@ -104,20 +104,7 @@ pub fn frames(frames: &mut Vec<BusFrame>) -> Value {
 
 /// The ground in an area: lines of x and of y, and the height at each of their crossings.
 pub fn ground(plant: &dyn Plant, area: [[f64; 2]; 2], cell: f64) -> Value {
-    let lines = [0, 1].map(|axis: usize| {
-        let [from, to] = area[axis];
-        let cells = ((to - from) / cell).ceil().clamp(1.0, 400.0) as u32;
-        let mut lines: Vec<f64> = (0..=cells)
-            .map(|index| from + (to - from) * f64::from(index) / f64::from(cells))
-            .collect();
-        let direction = [1.0 - axis as f64, axis as f64];
-        let edges = plant.ground_edges([0.0; 2], direction).into_iter();
-        let inside = edges.filter(|edge| (from..to).contains(edge));
-        lines.extend(inside.flat_map(|edge| [edge - FACE, edge + FACE]));
-        lines.sort_by(f64::total_cmp);
-        lines
-    });
-    let [xs, ys] = &lines;
+    let [xs, ys] = &grid::lines(plant, area, cell, MOST_CELLS);
     let heights = xs
         .iter()
         .flat_map(|x| ys.iter().map(|y| plant.ground_height([*x, *y])));

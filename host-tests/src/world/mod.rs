@@ -3,14 +3,15 @@
 //!
 //! A motor and its rotor are simulated in the node that drives them; a plant begins at the output
 //! shaft of the gear. [`terrain`] is the terrain in a scenario, [`ground`] the ground built from
-//! it, [`load`] a robot's payload, [`inertia`] the mass and inertia of a body, [`physics`] the
-//! settings of the physics engine, [`gear`] the connection of a node's shaft to its load,
-//! [`sensing`] the sensors on a body, [`sensor_board`] how their board is mounted and their
-//! constant errors, [`gnss`] the GNSS receiver, [`noise`] the seeded noise, [`hand`] a hand that
-//! moves the robot, [`truth`] the ground truth.
+//! it, [`grid`] the lines from which it is drawn, [`load`] a robot's payload, [`inertia`] the mass
+//! and inertia of a body, [`physics`] the settings of the physics engine, [`gear`] the connection
+//! of a node's shaft to its load, [`sensing`] the sensors on a body, [`sensor_board`] how their
+//! board is mounted and their constant errors, [`gnss`] the GNSS receiver, [`noise`] the seeded
+//! noise, [`hand`] a hand that moves the robot, [`truth`] the ground truth.
 
 pub mod gear;
 pub mod gnss;
+pub mod grid;
 pub mod ground;
 pub mod hand;
 pub mod inertia;

@@ -5,8 +5,8 @@
 
 use super::messages::timestamp;
 use crate::simulator::record::Sample;
-use crate::world::Plant;
 use crate::world::truth::{BodyPose, BodyShape, Part, Sketch};
+use crate::world::{Plant, grid};
 use serde_json::{Value, json};
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -17,8 +17,6 @@ const AROUND: f64 = 1.5;
 /// Minimum edge length of the ground's cells, m, and maximum number of cells along each axis.
 const CELL: f64 = 0.1;
 const MOST_CELLS: f64 = 100.0;
-/// Half the distance between the two lines of vertices at a step's vertical face, m.
-const FACE: f64 = 1e-6;
 
 const EARTH: [f64; 4] = [0.72, 0.69, 0.62, 1.0];
 const BODY: [f64; 4] = [0.45, 0.57, 0.66, 1.0];
@@ -158,22 +156,8 @@ pub fn transforms(shapes: &[BodyShape], sample: &Sample) -> Value {
 
 /// The ground around the robot's path, as triangles.
 fn ground(plant: &dyn Plant, extent: &Extent) -> Value {
-    let lines = [0, 1].map(|axis: usize| {
-        let [from, to] = extent.0[axis];
-        let [from, to] = [from - AROUND, to + AROUND];
-        let cell = f64::max(CELL, (to - from) / MOST_CELLS);
-        let cells = ((to - from) / cell).ceil() as u32;
-        let mut lines: Vec<f64> = (0..=cells)
-            .map(|index| from + (to - from) * f64::from(index) / f64::from(cells))
-            .collect();
-        let direction = [1.0 - axis as f64, axis as f64];
-        let edges = plant.ground_edges([0.0; 2], direction).into_iter();
-        let inside = edges.filter(|edge| (from..to).contains(edge));
-        lines.extend(inside.flat_map(|edge| [edge - FACE, edge + FACE]));
-        lines.sort_by(f64::total_cmp);
-        lines
-    });
-    let [xs, ys] = &lines;
+    let area = extent.0.map(|[from, to]| [from - AROUND, to + AROUND]);
+    let [xs, ys] = &grid::lines(plant, area, CELL, MOST_CELLS);
     let mut points = Vec::new();
     let mut indices = Vec::new();
     for (i, x) in xs.iter().enumerate() {

@@ -129,6 +129,7 @@ async function start(text, changes = {}, script = app.script) {
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
     app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false, autonomous: false };
     app.fast = { b2p2: .15, crawler: .15, hylos: .3, "rt-mover": .12 }[still.robot] || .15;
+    $("chassis-keys").hidden = still.posture.kind !== "chassis";
     app.scene = createScene(app.renderer, still);
     const size = { b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 }[still.robot] || 1;
     app.camera ??= createCamera($("view"), size);
