@@ -80,6 +80,8 @@ pub struct Parameters {
     pub step_behind: StepBehind,
     /// Distance of the robot's driving sides from its middle, m; its body provides it.
     pub half_width: f32,
+    /// Whether the robot drives on tracks; its body provides it.
+    pub tracked: bool,
     /// Whether backing off is allowed.
     pub back_off: bool,
     /// Uncertainty of the robot's masses and of its attitude.
@@ -206,6 +208,7 @@ impl Parameters {
             gyration: 0.0,
             step_behind: StepBehind::NONE,
             half_width: 0.0,
+            tracked: false,
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
                 cog: settings.si(Setting::CogUncertainty),
@@ -227,6 +230,7 @@ impl Parameters {
             foresight: self.horizon,
             tipping,
             half_width: self.half_width,
+            tracked: self.tracked,
         }
     }
 

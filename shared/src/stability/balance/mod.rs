@@ -25,7 +25,7 @@ use crate::stability::bands::{Band, Bands};
 use crate::stability::criterion::Criterion;
 use crate::stability::energy::Rotation;
 use crate::stability::evaluation::Evaluation;
-use crate::stability::filter::{Margins, Tracker};
+use crate::stability::filter::{Margins, Recovery, Tracker};
 use crate::stability::limits::MotionLimits;
 use crate::stability::parameters::{Parameters, Refusal};
 use crate::stability::support::{Stance, narrowest};
@@ -61,6 +61,9 @@ pub struct Balance {
     stance: Stance,
     margins: Margins,
     rotation: Rotation,
+    recovery: Recovery,
+    /// Time between the last two evaluations, s.
+    period: f32,
     /// Forward speed that is passed on, m/s.
     speed: f32,
     limits: MotionLimits,
@@ -87,6 +90,8 @@ impl Balance {
             stance: Stance::default(),
             margins: Margins::default(),
             rotation: Rotation::default(),
+            recovery: Recovery::default(),
+            period: 0.0,
             speed: 0.0,
             limits: MotionLimits::default(),
             mode: Mode::default(),
@@ -121,7 +126,7 @@ impl Balance {
             // The steps to an attitude that is believed are no rates of a margin.
             self.forget_rates();
         }
-        (self.stance, self.speed) = (*stance, speed);
+        (self.stance, self.speed, self.period) = (*stance, speed, period);
         let rate = attitude.level(sensing.body().angular_rate);
         self.rotation.update(stance, rate, period);
         let deduction = self.parameters.uncertainty.deduction();

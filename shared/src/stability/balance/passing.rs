@@ -27,7 +27,7 @@ impl Balance {
     /// Limits an admitted command to what the margins allow. `ahead` is where the posture's motion
     /// leads within [`Self::horizon`]; `None` while the posture is at rest.
     pub fn filter<P>(
-        &self,
+        &mut self,
         command: &Command<P>,
         ahead: Option<&Ahead>,
         motion: Motion,
@@ -80,7 +80,8 @@ impl Balance {
             forward if forward < 0.0 => (self.backward_limit(wide), Edge::Back),
             forward => (forward * forward_scale, Edge::Front),
         };
-        let (speed_scale, drive) = filter::within_limit(driven, forward, most);
+        let limited = filter::within_limit(driven, forward, most);
+        let (speed_scale, drive) = self.recovery.limit(limited, forward, self.period);
         // The command may lead away from an edge to which the robot still drives.
         let present = Command::new(self.speed, command.yaw_rate);
         let (present_scale, _) = filter::speed_scale(present, pitch, &self.margins, &bounds);

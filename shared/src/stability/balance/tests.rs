@@ -89,7 +89,7 @@ fn the_uncertainty_is_taken_off_the_margin_ahead() {
     for (uncertainty, passes) in [(0, true), (20_000, false)] {
         let settings = settings(&[(Setting::CogUncertainty, uncertainty)]);
         let (_, balance) = standing(&settings, 0.3, 0.0);
-        let (allowed, verdict) = balance.filter(
+        let (allowed, verdict) = balance.clone().filter(
             &Command::<()>::default(),
             Some(&stance(0.065).into()),
             at(0.0, 0.0),
@@ -111,7 +111,10 @@ fn a_measured_force_is_taken_off_the_margin_ahead() {
         let (_, mut balance) = standing(&Settings::default(), 0.3, 0.0);
         balance.margins.now[Edge::Back as usize] -= force;
         let ahead = stance(0.065).into();
-        let (allowed, _) = balance.filter(&Command::<()>::default(), Some(&ahead), at(0.0, 0.0));
+        let (allowed, _) =
+            balance
+                .clone()
+                .filter(&Command::<()>::default(), Some(&ahead), at(0.0, 0.0));
         assert_eq!(allowed.posture, passes, "{force}");
     }
 }
@@ -159,7 +162,7 @@ fn a_robot_that_bears_less_deceleration_looks_farther_ahead() {
 fn a_steep_robot_keeps_room_for_its_sway() {
     let (_, balance) = standing(&Settings::default(), 0.3, 0.0);
     for (pitch, passes) in [(0.0, true), (0.6, false), (-0.6, true)] {
-        let (allowed, _) = balance.filter(
+        let (allowed, _) = balance.clone().filter(
             &Command::<()>::default(),
             Some(&stance(0.08).into()),
             at(pitch, 0.0),
@@ -193,7 +196,12 @@ fn a_change_of_shape_is_no_decay_but_rearing_up_is_from_its_first_moment() {
                 0.1,
                 CONTROL_PERIOD,
             );
-            balance.filter(&asked, None, at(0.3, 0.375)).0.speed_scale < 1.0
+            balance
+                .clone()
+                .filter(&asked, None, at(0.3, 0.375))
+                .0
+                .speed_scale
+                < 1.0
         };
         let mut margin = start;
         while margin > 0.2 {
@@ -250,7 +258,9 @@ fn a_narrow_margin_leaves_the_ways_out_though_a_step_may_be_behind() {
                 stance: stance(margin + 0.001),
                 lifts: true,
             };
-            let (allowed, _) = balance.filter(&backward, Some(&ahead), at(pitch, 0.0));
+            let (allowed, _) = balance
+                .clone()
+                .filter(&backward, Some(&ahead), at(pitch, 0.0));
             (0.45 * allowed.speed_scale, allowed.limits.posture)
         };
         assert_eq!(evaluate(0.10), (0.0, 0.0));
@@ -286,7 +296,13 @@ fn the_guard_holds_back_a_turn_nose_up() {
     };
     let (_, mut balance) = standing(&Settings::default(), 0.07, 0.0);
     balance.stance = sloped(0.2, 0.07);
-    let speed_scale = |pitch: f32| balance.filter(&turn, None, at(pitch, 0.0)).0.speed_scale;
+    let speed_scale = |pitch: f32| {
+        balance
+            .clone()
+            .filter(&turn, None, at(pitch, 0.0))
+            .0
+            .speed_scale
+    };
     assert!(
         (speed_scale(0.2) - 0.5).abs() < 0.02,
         "{}",
@@ -308,14 +324,18 @@ fn some_motion_always_passes_above_the_trip_margin() {
                     forward,
                     ..Command::<()>::default()
                 };
-                balance.filter(&asked, None, at(pitch, 0.0)).0.speed_scale
+                balance
+                    .clone()
+                    .filter(&asked, None, at(pitch, 0.0))
+                    .0
+                    .speed_scale
             };
             let ahead = Ahead {
                 stance: stance(margin + 0.001),
                 lifts: true,
             };
             let none = Command::<()>::default();
-            let (folding, _) = balance.filter(&none, Some(&ahead), at(pitch, 0.0));
+            let (folding, _) = balance.clone().filter(&none, Some(&ahead), at(pitch, 0.0));
             let most = max(
                 max(speed_scale(0.05), speed_scale(-0.05)),
                 folding.limits.posture,
@@ -338,7 +358,10 @@ fn backing_down_close_to_the_rear_edge_is_slow() {
         forward: -0.45,
         ..Command::<()>::default()
     };
-    let (allowed, verdict) = balance.filter(&backward, Some(&stance(0.03).into()), at(0.3, 0.0));
+    let (allowed, verdict) =
+        balance
+            .clone()
+            .filter(&backward, Some(&stance(0.03).into()), at(0.3, 0.0));
     assert_eq!(verdict, Verdict::Scaled(Edge::Back));
     let passed = 0.45 * allowed.speed_scale;
     // v^2 = 2 g (l - l_left) l^2 / h^2 with l^2 = 0.0409 m^2. 10.44 mm are left: the trip margin,
@@ -362,7 +385,10 @@ fn a_robot_that_drives_to_an_edge_brakes_hard_although_its_command_leads_away() 
             forward: -0.2,
             ..Command::<()>::default()
         };
-        let (allowed, verdict) = balance.filter(&backward, None, at(0.4, speed.abs() / 0.4));
+        let (allowed, verdict) =
+            balance
+                .clone()
+                .filter(&backward, None, at(0.4, speed.abs() / 0.4));
         assert_eq!((allowed.speed_scale, verdict), (1.0, Verdict::Passed));
         assert_eq!(allowed.brakes, brakes, "{speed} {margin}");
     }

@@ -1,10 +1,11 @@
 //! Defines the margins between which a command is scaled down, and how the robot turns about the
 //! edges.
 
-use crate::math::clamp;
+use crate::math::{clamp, max, min, root_of_sum, sin_cos};
 use crate::stability::allowed::Command;
 use crate::stability::energy::Tipping;
 use crate::stability::support::Edge;
+use crate::units::Angle;
 
 /// Margins between which the speed scale grows from 0 to 1, m.
 #[derive(Clone, Copy, Debug)]
@@ -45,6 +46,8 @@ pub struct Bounds {
     /// Distance of the driving sides from the middle, m, for a robot that turns by the difference
     /// of their speeds.
     pub half_width: f32,
+    /// Whether the robot drives on tracks, so that its bottom can rest on a nose.
+    pub tracked: bool,
 }
 
 /// Speed, m/s, and pitch nose up, rad, from which the outer side of a turning robot fully counts as
@@ -56,10 +59,49 @@ impl Bounds {
     /// How much the outer side of a turning robot lifts the front of the robot by driving forward:
     /// 0 to 1, which it reaches at [`LIFTING_SPEED`] and [`LIFTING_PITCH`].
     pub(super) fn lifts(&self, command: Command<()>, pitch: f32) -> f32 {
-        let outer = command.forward + self.half_width * command.yaw_rate.abs();
-        scale(outer / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
+        scale(self.outer(command) / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
+    }
+
+    /// Speed at which a command can push the rear of a tracked robot under the robot, while its
+    /// bottom rests on the nose of a step, m/s: that of the faster side, pitched up.
+    pub(super) fn pushes(&self, command: Command<()>, pitch: f32) -> f32 {
+        // The comparison is false for NaN.
+        if self.tracked && pitch > 0.0 {
+            max(self.outer(command), 0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// Speed of the side that drives forward faster, m/s.
+    fn outer(&self, command: Command<()>) -> f32 {
+        command.forward + self.half_width * command.yaw_rate.abs()
     }
 }
+
+/// Margin of the rear edge after the rear was pushed by `way` (m) under a robot that rests on the
+/// nose of a step, m. `margin`, `height` (m) and `pitch` (0 to pi / 2 rad) are those before.
+///
+/// The nose is not behind the centre of gravity, or the robot would tip forward; closer is worse,
+/// so it is below it. It stays where it is, at `margin tan(pitch)` above the rear. So the robot
+/// turns until the sine of this angle is `way sin(pitch)` over the new distance from the rear to the
+/// nose. If the way is the whole margin, the robot stands upright. NaN for NaN.
+pub(super) fn reared(margin: f32, height: f32, pitch: f32, way: f32) -> f32 {
+    // The comparison is false for NaN.
+    if margin <= 0.0 {
+        return margin;
+    }
+    let (sine, cosine) = sin_cos(Angle::from_radians(pitch));
+    let way = min(way, margin);
+    // All lengths times the cosine, which may be zero.
+    let [ahead, up] = [(margin - way) * cosine, margin * sine];
+    let over = 1.0 / root_of_sum(ahead * ahead + up * up + SMALLEST);
+    let [across, along] = [way * sine * cosine, ahead * cosine + up * sine];
+    (margin * along - height * across) * over
+}
+
+/// Keeps a division away from zero, m^2.
+const SMALLEST: f32 = 1e-12;
 
 /// Pitch from which the caution band is moved up by its whole width, rad.
 const STEEP: f32 = 0.5;

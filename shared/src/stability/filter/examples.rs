@@ -22,6 +22,7 @@ pub const BOUNDS: Bounds = Bounds {
     foresight: 0.15,
     tipping: [STILL; 4],
     half_width: 0.15,
+    tracked: false,
 };
 
 pub fn standing(back: f32) -> Margins {

@@ -26,6 +26,7 @@ mod bounds;
 #[cfg(test)]
 mod examples;
 mod posture;
+mod recovery;
 mod speed;
 
 pub use super::tracker::{Margins, Tracker};
@@ -33,4 +34,5 @@ pub use super::verdict::Verdict;
 pub use bounds::{Bounds, Ramp};
 pub(super) use posture::SMALLEST_SHARE;
 pub use posture::posture;
+pub use recovery::Recovery;
 pub use speed::{speed_scale, within_limit};

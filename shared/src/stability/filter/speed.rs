@@ -1,9 +1,10 @@
 //! Computes the scale of a commanded speed.
 
-use super::bounds::{Bounds, Ramp, scale};
+use super::bounds::{Bounds, Ramp, reared, scale};
 use super::{Margins, Verdict};
 use crate::math::{max, min};
 use crate::stability::allowed::Command;
+use crate::stability::energy::Tipping;
 use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
@@ -51,7 +52,7 @@ pub fn speed_scale(
     let lifts = bounds.lifts(command, pitch);
     let (mut scale, mut verdict) = (1.0, Verdict::Passed);
     for edge in EDGES {
-        let kept = || passable(forward, edge, margins, bounds.towards, bounds);
+        let kept = || passable(command, pitch, edge, margins, bounds.towards, bounds);
         let remaining = if leads_to(edge, forward, pitch) {
             kept()
         } else {
@@ -60,7 +61,7 @@ pub fn speed_scale(
                 all: bounds.away.none,
             };
             let slow = bounds.away.scale(margins.now[edge as usize]);
-            let away = min(slow, passable(forward, edge, margins, end, bounds));
+            let away = min(slow, passable(command, pitch, edge, margins, end, bounds));
             if lifts > 0.0 && edge == Edge::Back {
                 min(away, 1.0 - lifts * (1.0 - kept()))
             } else {
@@ -102,7 +103,15 @@ pub fn within_limit(
 /// ([`Tipping::margin`]) stays above the ramp.
 ///
 /// [`Tipping::margin`]: crate::stability::energy::Tipping::margin
-fn passable(forward: f32, edge: Edge, margins: &Margins, ramp: Ramp, bounds: &Bounds) -> f32 {
+fn passable(
+    command: Command<()>,
+    pitch: f32,
+    edge: Edge,
+    margins: &Margins,
+    ramp: Ramp,
+    bounds: &Bounds,
+) -> f32 {
+    let forward = command.forward;
     let (now, rate) = (margins.now[edge as usize], margins.rate[edge as usize]);
     // The growth of a margin does not count.
     let rate = min(rate, 0.0);
@@ -122,11 +131,26 @@ fn passable(forward: f32, edge: Edge, margins: &Margins, ramp: Ramp, bounds: &Bo
         Edge::Front => max(forward, 0.0),
         Edge::Left | Edge::Right => 0.0,
     };
-    // Energy that is left with this scale, above what the scale requires, as a margin, m.
+    let tipping = bounds.tipping[edge as usize];
+    let pushes = match edge {
+        Edge::Back => bounds.pushes(command, pitch),
+        Edge::Front | Edge::Left | Edge::Right => 0.0,
+    };
+    // Time in which the robot would cover its way to standstill: its speed falls in the stop.
+    let travelling = 0.5 * (bounds.foresight + bounds.horizon);
+    // Energy that is left with this scale, above what the scale requires, as a margin, m: as the
+    // margin decays now, and at worst.
     let spare = |scale: f32| {
         let decay = (rest - scale * per_speed * forward.abs()) * bounds.horizon;
-        let left = bounds.tipping[edge as usize].margin(now + decay, scale * toward);
-        left - ramp.none - scale * ramp.width()
+        let left = tipping.margin(now + decay, scale * toward) - scale * ramp.width();
+        let worst = if pushes > 0.0 {
+            let before = now + rest * bounds.horizon;
+            let reared = reared(before, tipping.height, pitch, scale * pushes * travelling);
+            tipping.margin(reared, 0.0)
+        } else {
+            left
+        };
+        min(left, worst) - ramp.none
     };
     let (mut low, mut high) = ((0.0, spare(0.0)), (1.0, spare(1.0)));
     // The comparisons are false for NaN.
@@ -152,7 +176,6 @@ fn passable(forward: f32, edge: Edge, margins: &Margins, ramp: Ramp, bounds: &Bo
 mod tests {
     use super::super::examples::{BOUNDS, STILL, standing};
     use super::*;
-    use crate::stability::energy::Tipping;
 
     fn along(forward: f32) -> Command<()> {
         Command::new(forward, 0.0)
@@ -316,6 +339,113 @@ mod tests {
         ] {
             assert!(refused(forward, pitch, edge), "{edge:?} {forward} {pitch}");
         }
+    }
+
+    /// Tracks, with the bottom on a nose below the centre of gravity.
+    const ON_A_NOSE: Bounds = Bounds {
+        tracked: true,
+        horizon: 0.45,
+        ..BOUNDS
+    };
+
+    /// Pitch after the rear was pushed towards a nose, rad, in double precision: at `speed` for
+    /// `steady` s, then more and more slowly until it stands after `stop` s. The nose is `ahead` of
+    /// the rear (m) when the pitch is `pitch`, and stays where it is.
+    fn pushed(pitch: f64, ahead: f64, speed: f64, [steady, stop]: [f64; 2]) -> f64 {
+        const STEP: f64 = 1e-5;
+        let nose = ahead * libm::tan(pitch);
+        let (mut ahead, mut time) = (ahead, 0.0);
+        while time < steady + stop && ahead > 0.0 {
+            let slower = if time < steady {
+                1.0
+            } else {
+                1.0 - (time - steady) / stop
+            };
+            ahead -= speed * slower * STEP;
+            time += STEP;
+        }
+        libm::atan2(nose, ahead)
+    }
+
+    #[test]
+    fn a_rear_that_is_pushed_towards_a_nose_turns_the_robot_about_it() {
+        for pitch in [0.2, 0.6, 1.0] {
+            for margin in [0.06, 0.15, 0.25] {
+                for height in [0.1, 0.3] {
+                    for part in [0.0, 0.2, 0.5, 0.9] {
+                        let way = part * margin;
+                        let found = reared(margin, height, pitch, way);
+                        let [pitch, margin, height, way] =
+                            [pitch, margin, height, way].map(f64::from);
+                        let turned = pushed(pitch, margin, 1.0, [way, 0.0]) - pitch;
+                        let left = margin * libm::cos(turned) - height * libm::sin(turned);
+                        assert!((f64::from(found) - left).abs() < 1e-3, "{pitch} {margin}");
+                    }
+                }
+            }
+        }
+        // Upright, and no farther.
+        for way in [0.1, 0.2, f32::INFINITY] {
+            let upright = 0.1 * libm::sinf(0.6) - 0.2 * libm::cosf(0.6);
+            assert!((reared(0.1, 0.2, 0.6, way) - upright).abs() < 1e-6);
+        }
+        assert_eq!(reared(-0.1, 0.2, 0.6, 0.1), -0.1);
+        assert!(reared(f32::NAN, 0.2, 0.6, 0.1).is_nan());
+        assert!(reared(0.1, 0.2, core::f32::consts::FRAC_PI_2, 0.2).is_finite());
+    }
+
+    #[test]
+    fn only_tracks_that_drive_forward_pitched_up_push_the_rear() {
+        let forward = Command::new(0.3, 0.0);
+        assert_eq!(ON_A_NOSE.pushes(forward, 0.6), 0.3);
+        assert_eq!(ON_A_NOSE.pushes(Command::new(0.3, -0.5), 0.6), 0.375);
+        assert_eq!(ON_A_NOSE.pushes(Command::new(-0.3, 0.5), 0.6), 0.0);
+        for (bounds, pitch) in [(BOUNDS, 0.6), (ON_A_NOSE, 0.0), (ON_A_NOSE, -0.6)] {
+            assert_eq!(bounds.pushes(forward, pitch), 0.0);
+        }
+    }
+
+    /// Smallest margin of a robot that pushes its rear towards a nose and then stops, over all
+    /// places of the nose from below the centre of gravity on. A robot whose centre of gravity gets
+    /// ahead of the nose tips forward and is safe.
+    fn least_margin(pitch: f32, margin: f32, height: f32, speed: f32) -> f64 {
+        let [pitch, margin, height, speed] = [pitch, margin, height, speed].map(f64::from);
+        let left = |ahead: f64| {
+            let after = pushed(pitch, ahead, speed, [0.15, 0.3]);
+            let turned = after - pitch;
+            let left = margin * libm::cos(turned) - height * libm::sin(turned);
+            let nose = ahead * libm::tan(pitch) / libm::tan(after);
+            if left > nose { margin } else { left }
+        };
+        (0..20)
+            .map(|step| left(margin + 0.02 * f64::from(step)))
+            .fold(margin, f64::min)
+    }
+
+    #[test]
+    fn a_steep_robot_is_not_pushed_over_its_rear() {
+        let mut slowed = 0;
+        for pitch in [0.5, 0.7, 0.9, 1.0] {
+            for margin in [0.08, 0.1, 0.13, 0.16, 0.2] {
+                for height in [0.15, 0.2, 0.25, 0.3] {
+                    let still = Tipping {
+                        height,
+                        gyration: 0.053,
+                        ..Tipping::default()
+                    };
+                    let bounds = Bounds {
+                        tipping: [still; 4],
+                        ..ON_A_NOSE
+                    };
+                    let command = Command::new(0.45, 0.0);
+                    let (scale, _) = speed_scale(command, pitch, &standing(margin), &bounds);
+                    let left = |scale: f32| least_margin(pitch, margin, height, 0.45 * scale);
+                    assert!(left(scale) > 0.01, "{pitch} {margin} {height}: {scale}");
+                    slowed += usize::from(left(1.0) < 0.01);
+                }
+            }
+        }
+        assert!(slowed > 20, "{slowed}");
     }
 
     #[test]

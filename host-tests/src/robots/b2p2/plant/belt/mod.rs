@@ -1,7 +1,7 @@
 //! The belts of B2P2: loops that stretch little, run around three pulleys, yield to the corners of
 //! the ground, and pull on what they touch.
 //!
-//! `corners`: the corners of the ground in the plane of a belt. [`path`]: the shortest loop over
+//! `corners`: the corners of the ground in the plane of a belt, and those that it does not feel. [`path`]: the shortest loop over
 //! them. [`tension`]: the tensions of its sections. `pull`: what it pulls on. `drawn`: the line
 //! through which it is drawn.
 //! Where a pulley or a guide plate presses the belt on the ground, the physics engine computes the
@@ -23,7 +23,7 @@ use super::parameters::B2p2Parameters;
 use super::robot::{Robot, lateral};
 use crate::world::ground::Ground;
 use crate::world::physics::DT;
-use corners::Edges;
+use corners::{Edges, Inside};
 use path::{Corner, Path};
 use pull::{Grip, Pressed};
 use rapier3d_f64::math::Vector;
@@ -61,6 +61,7 @@ pub struct Belt {
 pub struct Belts {
     edges: Edges,
     corners: Vec<Corner>,
+    inside: [Inside; 2],
     /// Left and right belt.
     pub sides: [Belt; 2],
 }
@@ -71,6 +72,7 @@ impl Belts {
         Self {
             edges: Edges::of(ground),
             corners: Vec::new(),
+            inside: <[Inside; 2]>::default(),
             sides: <[Belt; 2]>::default(),
         }
     }
@@ -93,7 +95,8 @@ impl Belts {
             let grip = Grip::new(world, robot, lateral(p, side));
             self.edges.cut(&grip.plane, grip.lateral, &mut self.corners);
             let pulleys = grip.pulleys(world, p);
-            let path = Path::around(&pulleys, &self.corners, p.guide_clearance == 0.0);
+            let guided = p.guide_clearance == 0.0;
+            let path = self.inside[side].path(&pulleys, &self.corners, guided);
             self.sides[side].step(world, &grip, &path, p, speed * DT);
         }
     }

@@ -119,6 +119,16 @@ impl Path {
         }
     }
 
+    /// Corners around which the path bends, from the first to the last.
+    pub fn corners(&self) -> impl Iterator<Item = &Corner> {
+        self.straights
+            .iter()
+            .filter_map(|straight| match &straight.between[1] {
+                Bend::Corner(corner) => Some(corner),
+                Bend::Pulley(_) => None,
+            })
+    }
+
     /// Splits the path at the corners. The first section begins at the lowest point of pulley 1,
     /// and the last one ends at the highest point.
     pub fn sections(&self) -> Vec<Section> {
