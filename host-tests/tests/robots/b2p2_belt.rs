@@ -7,6 +7,7 @@ use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
 use rapier3d_f64::glamx::DVec2;
 use tautrack_host_tests::robots::b2p2::plant::B2p2Parameters;
+use tautrack_host_tests::robots::b2p2::plant::belt::inside::Inside;
 use tautrack_host_tests::robots::b2p2::plant::belt::path::{Corner, Path, Pulleys};
 use tautrack_host_tests::robots::b2p2::plant::belt::tension::{Elasticity, Material};
 use tautrack_host_tests::world::Plant;
@@ -24,10 +25,7 @@ fn pulleys(l1: f64, front: f64, theta: f64) -> Pulleys {
 }
 
 fn length(path: &Path) -> f64 {
-    path.sections()
-        .iter()
-        .map(|section| section.length(RADIUS))
-        .sum()
+    path.length(RADIUS)
 }
 
 fn random(rng: &mut TestRng, [low, high]: [f64; 2]) -> f64 {
@@ -151,6 +149,34 @@ fn without_corners_the_belt_is_as_long_as_the_law_says() {
             "{step} degrees: {found}, {law}"
         );
     }
+}
+
+/// Moves a corner into the loop and out again, from below or from the side, and returns how much it
+/// lengthens the path in each step, m.
+fn lengthened(inside: &mut Inside, heights: impl Iterator<Item = f64>) -> Vec<f64> {
+    let pulleys = pulleys(0.32, 0.5, -0.8);
+    let bare = length(&Path::around(&pulleys, &[], true));
+    heights
+        .map(|up| {
+            let place = DVec2::new(0.36, up);
+            let corner = Corner { edge: 3, place };
+            length(&inside.path(&pulleys, &[corner], true)) - bare
+        })
+        .collect()
+}
+
+#[test]
+fn a_belt_feels_a_corner_from_below_and_not_one_that_came_in_from_the_side() {
+    let steps = |from: i32, to: i32| (from..=to).map(|step| f64::from(step) * 1e-3 - 0.1);
+    let mut inside = Inside::default();
+    let below = lengthened(&mut inside, steps(-200, 0));
+    assert_eq!(below[0], 0.0);
+    assert!(below[200] > 2e-3, "{}", below[200]);
+    // From the side it is at its place at once. It is felt again after it has left the loop.
+    let mut inside = Inside::default();
+    assert_eq!(lengthened(&mut inside, steps(0, 10)), [0.0; 11]);
+    assert_eq!(lengthened(&mut inside, steps(-200, 0).rev()), [0.0; 201]);
+    assert_eq!(lengthened(&mut inside, steps(-200, 0)), below);
 }
 
 /// Turns pulley 1 while the belt lies over one corner. The friction of the corner is integrated

@@ -1,9 +1,9 @@
 //! The belts of B2P2: loops that stretch little, run around three pulleys, yield to the corners of
 //! the ground, and pull on what they touch.
 //!
-//! `corners`: the corners of the ground in the plane of a belt, and those that it does not feel. [`path`]: the shortest loop over
-//! them. [`tension`]: the tensions of its sections. `pull`: what it pulls on. `drawn`: the line
-//! through which it is drawn.
+//! `corners`: the corners of the ground in the plane of a belt. [`inside`]: those that it does not
+//! feel. [`path`]: the shortest loop over them. [`tension`]: the tensions of its sections. `pull`:
+//! what it pulls on. `drawn`: the line through which it is drawn.
 //! Where a pulley or a guide plate presses the belt on the ground, the physics engine computes the
 //! contact.
 //!
@@ -15,6 +15,7 @@
 
 mod corners;
 mod drawn;
+pub mod inside;
 pub mod path;
 mod pull;
 pub mod tension;
@@ -23,7 +24,8 @@ use super::parameters::B2p2Parameters;
 use super::robot::{Robot, lateral};
 use crate::world::ground::Ground;
 use crate::world::physics::DT;
-use corners::{Edges, Inside};
+use corners::Edges;
+use inside::Inside;
 use path::{Corner, Path};
 use pull::{Grip, Pressed};
 use rapier3d_f64::math::Vector;

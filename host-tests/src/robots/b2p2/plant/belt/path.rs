@@ -129,6 +129,12 @@ impl Path {
             })
     }
 
+    /// Length on pulleys of this radius, m.
+    pub fn length(&self, radius: f64) -> f64 {
+        let sections = self.sections();
+        sections.iter().map(|section| section.length(radius)).sum()
+    }
+
     /// Splits the path at the corners. The first section begins at the lowest point of pulley 1,
     /// and the last one ends at the highest point.
     pub fn sections(&self) -> Vec<Section> {
