@@ -61,6 +61,9 @@ pub struct Row {
     pub verdicts: Vec<(f64, String)>,
     /// Virtual time, s.
     pub simulated_s: f64,
+    /// Hash of all states and frames.
+    #[serde(default)]
+    pub state_hash: String,
 }
 
 /// Margin from which the statics must be right, mm.
@@ -196,6 +199,7 @@ pub fn clear(
         phases,
         verdicts,
         simulated_s: time_s,
+        state_hash: outcome.facts.state_hash.clone(),
     })
 }
 
