@@ -19,7 +19,8 @@ pub use statics::{Clearing, Straight};
 use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{centidegrees, milli};
 use crate::math::{Scalar, clamp, limit, max, min};
-use phases::{LEVEL, TABLE, When};
+use crate::units::Angle;
+use phases::{ASIDE, LEVEL, LEVEL_ROLL, TABLE, When};
 
 /// Time constant of the pitch rate's low-pass, s.
 const RATE_TIME: f32 = 0.06;
@@ -104,6 +105,8 @@ pub struct Facts {
     pub push: f32,
     /// Roll, left side up positive, rad.
     pub roll: f32,
+    /// Heading.
+    pub heading: Angle,
     /// Forward speed that the operator commands, m/s.
     pub speed: f32,
     /// Yaw rate that the operator commands, counter-clockwise from above, rad/s.
@@ -148,6 +151,8 @@ pub struct Clearance {
     too_steep: f32,
     attempt: Attempt,
     may_arch: bool,
+    /// Heading before the obstacle, or as the operator has turned the robot.
+    course: Angle,
 }
 
 /// What was tried at the present obstacle.
@@ -182,6 +187,7 @@ impl Clearance {
             too_steep: steepest + BEYOND,
             attempt: Attempt::Taut,
             may_arch,
+            course: Angle::ZERO,
         }
     }
 
@@ -294,7 +300,9 @@ impl Clearance {
         }
         let timer = |holds: bool, time: f32| if holds { time + period } else { 0.0 };
         self.level_for = timer(
-            facts.pitch.abs() < LEVEL.to_radians() && self.rate.abs() < 2.0 * QUIET,
+            facts.pitch.abs() < LEVEL.to_radians()
+                && facts.roll.abs() < LEVEL_ROLL.to_radians()
+                && self.rate.abs() < 2.0 * QUIET,
             self.level_for,
         );
         self.quiet_for = timer(self.rate.abs() < QUIET, self.quiet_for);
@@ -312,6 +320,9 @@ impl Clearance {
             (self.marked, self.stuck) = (facts.pitch, 0.0);
         }
         self.pushing_for = timer(facts.push > PUSH, self.pushing_for);
+        if self.phase == Phase::Approach || facts.yaw_rate != 0.0 {
+            self.course = facts.heading;
+        }
     }
 
     fn holds(&self, when: When, facts: &Facts) -> bool {
@@ -324,6 +335,10 @@ impl Clearance {
             When::ChassisAbove(bound) => chassis > bound,
             When::ChassisWithin(bound) => chassis.abs() < bound,
             When::LevelFor(time) => self.level_for >= time,
+            When::Turned => {
+                let turned = (facts.heading - self.course).radians();
+                turned.abs() > ASIDE.to_radians()
+            }
             When::QuietFor(time) => self.quiet_for >= time,
             When::Travelled(distance) => self.travelled >= distance,
             When::Lasted(time) => self.lasted >= time,
@@ -424,6 +439,37 @@ mod tests {
         assert_eq!(clearance.phase(), Phase::Off);
         drive(&mut clearance, &facts(0.0, 0.0), 0.1);
         assert_eq!(clearance.phase(), Phase::Approach);
+    }
+
+    #[test]
+    fn a_robot_that_turns_aside_is_held_unless_the_operator_turns_it() {
+        for (yaw_rate, phase) in [(0.0, Phase::Held), (0.3, Phase::Climb)] {
+            let mut clearance = clearance();
+            let turned = |heading: f32| Facts {
+                yaw_rate,
+                heading: Angle::from_radians(heading),
+                ..facts(20.0, 0.0)
+            };
+            drive(&mut clearance, &turned(3.0), 1.0);
+            assert_eq!(clearance.phase(), Phase::Climb);
+            drive(&mut clearance, &turned(-3.0), 0.1);
+            assert_eq!(clearance.phase(), Phase::Climb);
+            drive(&mut clearance, &turned(-2.5), 0.1);
+            assert_eq!(clearance.phase(), phase);
+        }
+    }
+
+    /// A robot across stairs has no pitch.
+    #[test]
+    fn a_robot_on_its_side_is_not_level() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        let across = Facts {
+            roll: -0.5,
+            ..facts(0.0, 0.0)
+        };
+        drive(&mut clearance, &across, 5.0);
+        assert_eq!(clearance.phase(), Phase::Climb);
     }
 
     /// A heading to the left of the steepest descent raises the left side.
