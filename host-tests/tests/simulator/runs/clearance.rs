@@ -183,7 +183,7 @@ fn ten_drawn_obstacles_are_cleared_or_given_up_and_none_topples_the_robot() {
     });
 }
 
-/// Nodes on the emulated processor compute the same, to the last bit. It takes minutes.
+/// Runs with nodes on the emulated processor are bit-identical. It takes minutes.
 #[test]
 #[ignore = "takes long"]
 fn twenty_drawn_obstacles_are_bit_identical_with_emulated_nodes() {
