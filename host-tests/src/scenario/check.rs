@@ -2,7 +2,7 @@
 
 use super::{Description, Fault, FaultKind, Scenario, frame, hand};
 use crate::bounds::{Problem, contradiction, within};
-use crate::robots::{NodeName, Posture};
+use crate::robots::{Kind, NodeName, Posture};
 use tautrack::can::Frame;
 use tautrack::link::MAX_SETTINGS;
 use tautrack::settings::{Description as Bounds, Setting};
@@ -31,6 +31,14 @@ impl Description {
             if fault.what.node().is_some_and(|node| !has(node)) {
                 let why = "is about a node that this robot does not have";
                 contradiction(&format!("{key}.what"), why)?;
+            }
+            let track = match fault.what {
+                FaultKind::BeltOff(track) | FaultKind::SlipperyTrack { track, .. } => Some(track),
+                _ => None,
+            };
+            let tracks = [NodeName::LEFT_TRACK, NodeName::RIGHT_TRACK];
+            if track.is_some_and(|it| self.kind() != Kind::B2p2 || !tracks.contains(&it)) {
+                contradiction(&format!("{key}.what"), "is for the tracks of B2P2")?;
             }
         }
         frame::check(&self.frames)?;
@@ -257,6 +265,10 @@ impl Fault {
                 &format!("{key}.what.switch_stuck.node"),
                 "is the guard, which has no switches",
             ),
+            FaultKind::SlipperyTrack { friction, .. } => {
+                let key = format!("{key}.what.slippery_track.friction");
+                within(&key, friction, 0.0, 3.0, "")
+            }
             FaultKind::EncoderFrozen(NodeName::GUARD) => contradiction(
                 &format!("{key}.what.encoder_frozen"),
                 "is the guard, which has no encoder",

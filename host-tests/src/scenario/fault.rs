@@ -68,6 +68,18 @@ pub enum FaultKind {
         /// Period, ms.
         period_ms: u64,
     },
+    /// The operator sends nothing.
+    OperatorLost,
+    /// The belt of this track comes off its sprocket: the motor turns without load, and the belt
+    /// moves against the friction of its pulleys.
+    BeltOff(NodeName),
+    /// The ground under the belt of this track is slippery.
+    SlipperyTrack {
+        /// Node of the track.
+        track: NodeName,
+        /// Coefficient of friction, if the ground's is not below it.
+        friction: f64,
+    },
     /// A sensor chip on the guard's board has a fault.
     Sensor {
         /// The chip.
@@ -109,9 +121,14 @@ impl FaultKind {
             | Self::EncoderFrozen(node)
             | Self::BusCut(node)
             | Self::SwitchStuck { node, .. }
-            | Self::Restart(node) => Some(node),
+            | Self::Restart(node)
+            | Self::BeltOff(node)
+            | Self::SlipperyTrack { track: node, .. } => Some(node),
             Self::Sensor { .. } => Some(NodeName::GUARD),
-            Self::FrameLoss { .. } | Self::FrameFlip { .. } | Self::Forger { .. } => None,
+            Self::FrameLoss { .. }
+            | Self::FrameFlip { .. }
+            | Self::Forger { .. }
+            | Self::OperatorLost => None,
         }
     }
 
@@ -137,6 +154,9 @@ impl FaultKind {
                 format!("bit {bit} of frame {frame}{of} flipped")
             }
             Self::Forger { id, .. } => format!("forged frames {id:#05x}"),
+            Self::OperatorLost => "operator lost".into(),
+            Self::BeltOff(_) => "belt off".into(),
+            Self::SlipperyTrack { friction, .. } => format!("slips at a friction of {friction}"),
             Self::Sensor { chip, fault } => {
                 let chip = match chip {
                     SensorChip::InertialUnit => "inertial unit",

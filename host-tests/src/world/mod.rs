@@ -27,6 +27,23 @@ use crate::world::hand::Held;
 use crate::world::truth::{BodyPose, BodyShape, Sketch, Strip, Truth};
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
+/// Fault of a track.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackFault {
+    /// Whether the belt is off its sprocket.
+    pub belt_off: bool,
+    /// Coefficient of friction of the ground under the belt, if the ground's is not below it.
+    pub friction: f64,
+}
+
+impl TrackFault {
+    /// No fault.
+    pub const NONE: Self = Self {
+        belt_off: false,
+        friction: f64::INFINITY,
+    };
+}
+
 /// A robot and its surroundings, advanced in steps of one millisecond
 /// ([`tautrack::link::STEP_US`]).
 ///
@@ -42,6 +59,10 @@ pub trait Plant {
     /// Holds the robot's body in this posture during the next step; `None` lets go of it. Only the
     /// plant of a robot that has a hand does it.
     fn hold(&mut self, _: Option<&Held>) {}
+
+    /// Lets the track of motor number `motor` have this fault from the next step on. Only the plant
+    /// of B2P2 does it.
+    fn set_track_fault(&mut self, _motor: usize, _fault: TrackFault) {}
 
     /// Sensor readings of the board of motor number `motor` after the last step. `body` is `None`,
     /// because only the guard's board has the sensors on the body.

@@ -220,6 +220,17 @@ fn an_impossible_fault_or_payload_is_refused() {
             "fault[0].what.frame_flip.bit is 64; it must be at most 63",
         ),
         (
+            fault("belt_off = \"screw\"", ""),
+            "fault[0].what is for the tracks of B2P2",
+        ),
+        (
+            fault(
+                "slippery_track = { track = \"left_track\", friction = 4 }",
+                "",
+            ),
+            "fault[0].what.slippery_track.friction is 4; it must be at most 3",
+        ),
+        (
             fault("encoder_frozen = \"guard\"", ""),
             "fault[0].what.encoder_frozen is the guard, which has no encoder",
         ),
@@ -422,6 +433,9 @@ fn every_terrain_fault_and_load_can_be_written() {
         "{ bus_cut = \"screw\" }",
         "{ restart = \"guard\" }",
         "{ frame_loss = { probability = 0.01 } }",
+        "\"operator_lost\"",
+        "{ belt_off = \"left_track\" }",
+        "{ slippery_track = { track = \"right_track\", friction = 0.2 } }",
         "{ frame_flip = { frame = 100, bit = 7 } }",
         "{ sensor = { chip = \"magnetometer\", fault = \"half_rate\" } }",
     ] {

@@ -6,6 +6,7 @@ use crate::robots::NodeName;
 use crate::scenario::{Fault, FaultKind, Scenario, Switch};
 use crate::simulator::bus::Bus;
 use crate::simulator::facts::FaultFacts;
+use crate::world::TrackFault;
 use tautrack::can::Frame;
 use tautrack::link::{ChipFault, STEP_US, Sensors};
 
@@ -110,6 +111,26 @@ impl Faults {
         }
     }
 
+    /// Whether the operator is lost.
+    pub fn of_operator(&self) -> bool {
+        self.active()
+            .any(|fault| fault.what == FaultKind::OperatorLost)
+    }
+
+    /// Fault of this node's track.
+    pub fn of_track(&self, node: usize) -> TrackFault {
+        let mut found = TrackFault::NONE;
+        for Fault { what, .. } in self.active() {
+            match *what {
+                _ if place(&self.nodes, what) != Some(node) => {}
+                FaultKind::BeltOff(_) => found.belt_off = true,
+                FaultKind::SlipperyTrack { friction, .. } => found.friction = friction,
+                _ => {}
+            }
+        }
+        found
+    }
+
     /// Forged frames that are sent now.
     pub fn forged(&self, time_us: u64) -> impl Iterator<Item = Frame> {
         self.active().filter_map(move |fault| {
@@ -208,6 +229,9 @@ fn begin(
             | FaultKind::SwitchStuck { .. }
             | FaultKind::Restart(_)
             | FaultKind::Forger { .. }
+            | FaultKind::OperatorLost
+            | FaultKind::BeltOff(_)
+            | FaultKind::SlipperyTrack { .. }
             | FaultKind::Sensor { .. },
             _,
         ) => {}
@@ -218,8 +242,8 @@ fn end(what: &FaultKind, node: Option<usize>, seed: u64, bus: &mut Bus) {
     match (what, node) {
         (FaultKind::BusCut(_) | FaultKind::Restart(_), Some(node)) => bus.reconnect(node),
         (FaultKind::FrameLoss { .. }, _) => bus.lose_frames(0.0, seed),
-        // A dead node stays dead, a flip affects one frame, and `change`, `forged` and `of_chips`
-        // read which other faults are active.
+        // A dead node stays dead, a flip affects one frame, and `change`, `forged`, `of_chips`,
+        // `of_operator` and `of_track` read which other faults are active.
         _ => {}
     }
 }

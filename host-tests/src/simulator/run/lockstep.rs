@@ -140,7 +140,8 @@ impl Run {
         for number in 0..self.guard_number() {
             self.send(number, time_us)?;
         }
-        if let Some(frame) = self.operator.tick(time_us, self.listener.view()) {
+        let frame = self.operator.tick(time_us, self.listener.view());
+        if let Some(frame) = frame.filter(|_| !self.faults.of_operator()) {
             self.bus.offer(self.operator_number(), frame)?;
         }
         let first = self.first_client_number();
@@ -170,6 +171,8 @@ impl Run {
             if number == guard.saturating_sub(2) {
                 self.send(guard, time_us)?;
             }
+            self.plant
+                .set_track_fault(number, self.faults.of_track(number));
             shafts.push(self.receive(number, time_us, sink)?);
         }
         self.shafts = shafts;

@@ -36,7 +36,7 @@ mod sink;
 pub use error::RunError;
 pub use link::WITHOUT_IMAGES;
 pub use lockstep::Run;
-pub use options::Options;
+pub use options::{Inject, Options};
 pub use outcome::{Ending, Outcome};
 pub use recorder::record;
 pub use sink::{Sink, Unwritten};

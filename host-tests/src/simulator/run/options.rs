@@ -2,6 +2,7 @@
 
 use crate::programs::{Board, Program};
 use crate::robots::NodeName;
+use crate::scenario::Fault;
 use crate::simulator::record::Sample;
 use crate::simulator::slcan::SlcanPort;
 use std::sync::Arc;
@@ -10,6 +11,9 @@ use std::time::Duration;
 
 /// Condition on the samples of a run, in order.
 pub type EndWhen = Box<dyn FnMut(&Sample) -> bool>;
+
+/// Fault that begins at its time, chosen from the samples of a run, in order.
+pub type Inject = Box<dyn FnMut(&Sample) -> Option<Fault>>;
 
 /// Options of a run.
 #[derive(Default)]
@@ -30,6 +34,8 @@ pub struct Options {
     pub end_when_still_s: Option<f64>,
     /// Ends the run after the first sample for which this holds.
     pub end_when: Option<EndWhen>,
+    /// Adds faults to those of the scenario during the run.
+    pub inject: Option<Inject>,
     /// Port through which CAN clients take part. The first step waits for the first client.
     pub slcan: Option<SlcanPort>,
     /// Maximum wall-clock time to wait for the first client; unlimited if absent.

@@ -2,7 +2,7 @@
 
 use super::conditions::{Conditions, is_still};
 use super::lockstep::Run;
-use super::options::EndWhen;
+use super::options::{EndWhen, Inject};
 use super::pace::Pace;
 use super::{Ending, Options, RunError, Sink};
 use crate::programs::Programs;
@@ -32,12 +32,14 @@ pub fn record(
     let (speed, slcan_wait) = (options.speed, options.slcan_wait);
     let mut options = options;
     let end_when = options.end_when.take();
+    let inject = options.inject.take();
     let run = Run::start(scenario, programs, options)?;
     let mut recorder = Recorder {
         run,
         step: 0,
         conditions,
         end_when,
+        inject,
     };
     let waited = recorder.wait_for_client(slcan_wait);
     let speed = speed.or(recorder.run.slcan.as_ref().map(|_| 1.0));
@@ -59,6 +61,7 @@ struct Recorder {
     step: u64,
     conditions: Conditions,
     end_when: Option<EndWhen>,
+    inject: Option<Inject>,
 }
 
 impl Recorder {
@@ -102,6 +105,9 @@ impl Recorder {
                 }
                 if self.end_when.as_mut().is_some_and(|holds| holds(&sample)) {
                     end = step;
+                }
+                if let Some(fault) = self.inject.as_mut().and_then(|of| of(&sample)) {
+                    self.run.add_fault(fault);
                 }
                 theta_before = Some(sample.truth.theta);
                 sink.sample(sample)?;

@@ -106,7 +106,7 @@ pub fn operators(board: Board, plan: &Plan, out: &Path) -> Result<bool, String> 
 }
 
 /// Runs a shard of the clearance suite. Prints the table, or with `json` one line for each run.
-/// Returns whether no robot toppled.
+/// Returns whether no robot toppled and each run got to an end.
 ///
 /// # Errors
 /// The programs do not build, a run fails, or a file cannot be written.
@@ -159,7 +159,8 @@ pub fn grid(board: Board, out: &Path) -> Result<bool, String> {
     Ok(100 * agree >= 95 * far)
 }
 
-/// Prints the merged results of the shards in `folder`. Returns whether no robot toppled.
+/// Prints the merged results of the shards in `folder`. Returns whether no robot toppled and each
+/// run got to an end.
 ///
 /// # Errors
 /// A file cannot be read, or there is none.
@@ -181,9 +182,8 @@ fn show(rows: &[clearance::Row], json: bool) -> bool {
     if !json {
         println!("\n{}", clearance::table::table(rows));
     }
-    !rows
-        .iter()
-        .any(|row| row.ending == clearance::Ending::Toppled)
+    let fails = [clearance::Ending::Toppled, clearance::Ending::Unfinished];
+    !rows.iter().any(|row| fails.contains(&row.ending))
 }
 
 /// Writes the scenario of a run that toppled or never armed, with the command that repeats it.

@@ -182,3 +182,43 @@ fn ten_drawn_obstacles_are_cleared_or_given_up_and_none_topples_the_robot() {
         assert!(possible >= 5, "{possible}");
     });
 }
+
+/// Runs with nodes on the emulated processor are bit-identical. It takes minutes.
+#[test]
+#[ignore = "takes long"]
+fn twenty_drawn_obstacles_are_bit_identical_with_emulated_nodes() {
+    let [host, emulated] = [Board::Host, Board::Qemu].map(|board| {
+        clearance::clearance(
+            (20, 9_000, false),
+            Shard::WHOLE,
+            programs(board),
+            &|row, _| {
+                println!("{}", clearance::table::progress(row));
+            },
+        )
+        .unwrap()
+    });
+    assert_eq!(host.len(), 20);
+    for (host, emulated) in host.iter().zip(&emulated) {
+        assert!(!host.state_hash.is_empty());
+        assert_eq!(host, emulated, "{}", host.about);
+    }
+}
+
+/// Something fails in the middle of each phase.
+#[test]
+fn a_fault_in_each_phase_topples_no_robot_and_each_run_gets_to_an_end() {
+    unless_unchanged("clearance-faults", || {
+        let plan = (10, 8_100, true);
+        let rows =
+            clearance::clearance(plan, Shard::WHOLE, programs(Board::Host), &|_, _| {}).unwrap();
+        let mut failed = 0;
+        for row in &rows {
+            println!("{}", clearance::table::progress(row));
+            assert!(!row.missed(), "{:?}: {}", row.ending, row.about);
+            let fault = row.failed.as_ref().and_then(|failed| failed.fault.as_ref());
+            failed += u32::from(fault.is_some());
+        }
+        assert!(failed >= 8, "{failed}");
+    });
+}

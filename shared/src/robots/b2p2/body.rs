@@ -396,6 +396,7 @@ impl Body for B2p2 {
             travel: odometry_um.wrapping_sub(before) as f32 * 1e-6,
             push: self.track_torque / (self.pulley_radius * self.weight),
             roll: attitude.roll().radians(),
+            heading: attitude.heading(),
             speed: command.forward,
             yaw_rate: command.yaw_rate,
             period,

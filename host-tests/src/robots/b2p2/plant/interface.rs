@@ -2,9 +2,10 @@
 
 use super::B2p2;
 use super::belt::Belt;
+use super::robot::MARKS;
 use crate::world::hand::Held;
 use crate::world::truth::{BodyPose, BodyShape, Part, Strip, Truth};
-use crate::world::{Plant, physics as world};
+use crate::world::{Plant, TrackFault, physics as world};
 use rapier3d_f64::math::Vector;
 use tautrack::link::{BodyMeasurands, Sensors, Shaft};
 
@@ -16,6 +17,21 @@ impl Plant for B2p2 {
     fn hold(&mut self, held: Option<&Held>) {
         let body = &mut self.world.bodies[self.robot.bodies[0]];
         self.grip.hold(body, held);
+    }
+
+    fn set_track_fault(&mut self, motor: usize, fault: TrackFault) {
+        let Some(track) = self.track_faults.get_mut(motor) else {
+            return;
+        };
+        if core::mem::replace(track, fault) == fault {
+            return;
+        }
+        let friction = fault.friction.min(self.parameters.friction);
+        for (_, collider) in self.world.colliders.iter_mut() {
+            if collider.user_data == MARKS[motor + 1] {
+                collider.set_friction(friction);
+            }
+        }
     }
 
     fn sensors(&self, motor: usize) -> Sensors {

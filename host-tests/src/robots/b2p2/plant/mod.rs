@@ -19,6 +19,7 @@ mod truth;
 pub use parameters::B2p2Parameters;
 pub use robot::mass_properties;
 
+use crate::world::TrackFault;
 use crate::world::gear::{Gear, Sprocket};
 use crate::world::gnss::Receiver;
 use crate::world::ground::Ground;
@@ -37,6 +38,7 @@ pub struct B2p2 {
     world: PhysicsWorld,
     robot: Robot,
     sprockets: [Sprocket; 2],
+    track_faults: [TrackFault; 2],
     belts: Belts,
     joint: Gear,
     screw: Gear,

@@ -90,6 +90,8 @@ pub struct B2p2Parameters {
     pub track_inertia: f64,
     /// Friction of a dead track's gear at the sprocket, N m.
     pub dead_track_friction: f64,
+    /// Friction of a belt that is off its sprocket, as a torque at the sprocket, N m.
+    pub loose_belt_friction: f64,
     /// Friction of a dead chassis joint's gear, N m.
     pub dead_joint_friction: f64,
     /// Chassis angles at which the limit switches act, rad; the stops are 5 degrees beyond.
@@ -161,6 +163,7 @@ impl B2p2Parameters {
             screw_gear: [2.0e6, 5.0e3],
             track_inertia: 0.05,
             dead_track_friction: 1.5,
+            loose_belt_friction: 0.2,
             dead_joint_friction: 8.0,
             joint_travel,
             joint_home: 20.0_f64.to_radians(),

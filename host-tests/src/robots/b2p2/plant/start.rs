@@ -4,6 +4,7 @@ use super::belt::Belts;
 use super::contact::{GroundForces, Support};
 use super::robot::{self, Robot};
 use super::{B2p2, B2p2Parameters};
+use crate::world::TrackFault;
 use crate::world::gear::{Gear, Sprocket};
 use crate::world::gnss::Receiver;
 use crate::world::ground::Ground;
@@ -38,6 +39,7 @@ impl B2p2 {
             ),
             screw: Gear::new(p.screw_gear, p.screw_lead, None, p.initial_extension()),
             sprockets: [Sprocket::default(); 2],
+            track_faults: [TrackFault::NONE; 2],
             belts: Belts::new(terrain),
             support: Support::default(),
             ground: GroundForces::default(),

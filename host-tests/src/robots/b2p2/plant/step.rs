@@ -20,18 +20,24 @@ impl B2p2 {
         let [theta, _] = self.robot.chassis_joint(&self.world);
         let [extension, _] = self.robot.extension(&self.world, &p);
         self.put_payload_on();
-        for (belt, shaft) in self.sprockets.iter_mut().zip([left, right]) {
-            belt.drive(
-                shaft,
-                p.pulley_radius,
-                p.track_inertia,
-                p.dead_track_friction,
-            );
+        for (side, shaft) in [left, right].into_iter().enumerate() {
+            let off = self.track_faults[side].belt_off;
+            let resistance = if off {
+                p.loose_belt_friction
+            } else {
+                p.dead_track_friction
+            };
+            let shaft = shaft.filter(|_| !off);
+            self.sprockets[side].drive(shaft, p.pulley_radius, p.track_inertia, resistance);
         }
+        let friction = self
+            .track_faults
+            .map(|fault| fault.friction.min(p.friction));
         // The engine knows the masses only from its second step on.
         if self.step > 0 {
             let speeds = self.sprockets.map(|belt| belt.speed);
-            self.belts.pull(&mut self.world, &self.robot, &p, speeds);
+            self.belts
+                .pull(&mut self.world, &self.robot, &p, speeds, friction);
         }
         let mut joint = self.joint.drive(joint, theta);
         // The engine counts from the middle of the travel.

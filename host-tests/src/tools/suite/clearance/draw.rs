@@ -1,16 +1,14 @@
 //! Draws obstacles for the autonomous clearance, and the robot that meets them.
 
+use super::failure::Failure;
+use crate::robots::Robot;
 use crate::robots::payload::Payload;
-use crate::robots::{NodeName, Robot};
-use crate::scenario::{
-    Clearance, Description, Event, Fault, FaultKind, Scenario, ScenarioError, SensorChip, Sensors,
-    When,
-};
+use crate::scenario::{Clearance, Description, Event, Scenario, ScenarioError, Sensors, When};
 use crate::tools::suite::draw::beginning;
 use crate::tools::suite::draw::generator::Random;
 use crate::world::terrain::Terrain;
 use serde::{Deserialize, Serialize};
-use tautrack::link::ChipFault;
+use tautrack::robots::b2p2::clearance::Phase;
 
 /// Kind of an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -80,12 +78,16 @@ const START_S: f64 = 6.0;
 /// Rate with which the operator turns the robot before the obstacle, degrees/s.
 const TURN_DEG_S: f64 = 20.0;
 
-/// Draws the run with this number. With `faulty`, one of the nodes, the bus or the inclinometer
-/// fails in the middle of the run.
+/// Draws the run with this number, and what fails in it, if something shall. Then the obstacle is
+/// one that leads to the phase in which it fails.
 ///
 /// # Errors
 /// A drawn value is out of a scenario's bounds, which is a mistake in this file.
-pub fn draw(seed: u64, number: u64, faulty: bool) -> Result<(Scenario, Obstacle), ScenarioError> {
+pub fn draw(
+    seed: u64,
+    number: u64,
+    faulty: bool,
+) -> Result<(Scenario, Obstacle, Option<Failure>), ScenarioError> {
     // The third key does not occur in the other suites.
     let mut random = Random::new(&[seed, number, 0x100]);
     let random = &mut random;
@@ -97,7 +99,11 @@ pub fn draw(seed: u64, number: u64, faulty: bool) -> Result<(Scenario, Obstacle)
         (Kind::CurbDown, 0.1),
         (Kind::Ramp, 0.2),
     ];
-    let kind = random.weighted(&kinds).unwrap_or(Kind::StairsUp);
+    let mut kind = random.weighted(&kinds).unwrap_or(Kind::StairsUp);
+    let failure = faulty.then(|| Failure::draw(random, number));
+    if let Some(of_phase) = failure.as_ref().and_then(|it| obstacle_of(it.phase)) {
+        kind = of_phase;
+    }
     let k_m = random.between(1.15, 1.4);
     let payload = random.coin().then(|| payload(random));
     let mut obstacle = Obstacle {
@@ -114,13 +120,23 @@ pub fn draw(seed: u64, number: u64, faulty: bool) -> Result<(Scenario, Obstacle)
     };
     drawn.friction = obstacle.friction;
     drawn.robot = Robot::nominal(1.0);
-    drawn.robot.b2p2_mut().k_m = k_m;
     drawn.robot.b2p2_mut().payload = payload;
+    let arches = failure.as_ref().is_some_and(|it| it.arches());
+    if arches {
+        // The robot of `curb-30-cm.toml`.
+        obstacle.k_m = 1.5;
+        obstacle.payload_kg = 0.0;
+        drawn.robot.b2p2_mut().payload = None;
+        drawn.robot.b2p2_mut().com_offset_m = -0.035;
+    }
+    let k_m = obstacle.k_m;
+    drawn.robot.b2p2_mut().k_m = k_m;
     // Axle 3 of the straight robot is at (K + 0.32) / 2, its belt 0.05 m farther.
     let front = 0.5 * (k_m + 0.32) + 0.05;
     let ahead = front + random.between(0.1, 0.5);
-    drawn.terrain = terrain(random, &mut obstacle, ahead);
-    if random.chance(0.6) {
+    let too_high = failure.as_ref().is_some_and(Failure::needs_a_high_curb);
+    drawn.terrain = terrain(random, &mut obstacle, ahead, too_high);
+    if random.chance(0.6) && !arches {
         obstacle.heading_deg = random.sign() * random.between(0.0, 15.0);
     }
     let rates = [50, 100, 200, 1_000];
@@ -137,15 +153,11 @@ pub fn draw(seed: u64, number: u64, faulty: bool) -> Result<(Scenario, Obstacle)
     drawn.duration_s = START_S + 75.0 + 1.6 * travel / speed.min(0.12);
     drawn.name = format!("clearance-{seed}-{number}");
     drawn.about = about(&obstacle);
-    if faulty {
-        // Half of the way is that to the obstacle.
-        let at_s = START_S + (random.between(0.2, 1.0) * travel / speed).round();
-        let fault = fault(random, at_s);
-        drawn.about = format!("{}; {:?} at {at_s} s", drawn.about, fault.what);
-        drawn.faults = vec![fault];
+    if let Some(failure) = &failure {
+        drawn.about = format!("{}; {}", drawn.about, failure.words());
         drawn.name.push_str("-fault");
     }
-    Ok((Scenario::checked(drawn)?, obstacle))
+    Ok((Scenario::checked(drawn)?, obstacle, failure))
 }
 
 /// Five steps before the nominal robot.
@@ -189,30 +201,13 @@ pub fn stairs(
     Ok((Scenario::checked(drawn)?, obstacle))
 }
 
-/// Draws what fails.
-fn fault(random: &mut Random, at_s: f64) -> Fault {
-    let nodes = [
-        NodeName::LEFT_TRACK,
-        NodeName::RIGHT_TRACK,
-        NodeName::CHASSIS_JOINT,
-        NodeName::SCREW,
-        NodeName::GUARD,
-    ];
-    let node = nodes[random.below(nodes.len() as u64) as usize];
-    let what = match random.below(5) {
-        0 | 1 => FaultKind::NodeDead(node),
-        2 => FaultKind::BusCut(node),
-        3 => FaultKind::Restart(node),
-        _ => FaultKind::Sensor {
-            chip: SensorChip::Inclinometer,
-            fault: ChipFault::Frozen,
-        },
-    };
-    Fault {
-        what,
-        at_s,
-        until_s: None,
-        notice_within_ms: None,
+/// Kind of the obstacle that leads to a phase; `None` if every one does.
+fn obstacle_of(phase: Phase) -> Option<Kind> {
+    match phase {
+        Phase::Climb | Phase::Sway | Phase::Crest | Phase::Land => Some(Kind::StairsUp),
+        Phase::Descend => Some(Kind::StairsDown),
+        Phase::Withdraw | Phase::Raise | Phase::Arch | Phase::Haul => Some(Kind::CurbUp),
+        _ => None,
     }
 }
 
@@ -230,7 +225,7 @@ fn payload(random: &mut Random) -> Payload {
 }
 
 /// Draws the obstacle `ahead` m in front of axle 1.
-fn terrain(random: &mut Random, obstacle: &mut Obstacle, ahead: f64) -> Terrain {
+fn terrain(random: &mut Random, obstacle: &mut Obstacle, ahead: f64, too_high: bool) -> Terrain {
     let stairs = |obstacle: &mut Obstacle, down: bool| {
         obstacle.end_m = ahead + f64::from(obstacle.steps - 1) * obstacle.run_m;
         Terrain::Stairs {
@@ -258,7 +253,7 @@ fn terrain(random: &mut Random, obstacle: &mut Obstacle, ahead: f64) -> Terrain 
             terrain
         }
         Kind::CurbUp => {
-            obstacle.riser_m = random.between(0.05, 0.3);
+            obstacle.riser_m = random.between(if too_high { 0.27 } else { 0.05 }, 0.3);
             obstacle.end_m = ahead;
             Terrain::Curb {
                 height_m: obstacle.riser_m,

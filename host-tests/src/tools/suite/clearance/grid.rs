@@ -12,7 +12,7 @@ use std::fmt::Write;
 /// Risers and runs of the grid, cm, and the coefficient of friction.
 pub const RISERS_CM: [u32; 13] = [8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20];
 /// Runs of the grid, cm.
-pub const RUNS_CM: [u32; 5] = [22, 25, 28, 32, 36];
+pub const RUNS_CM: [u32; 15] = [22, 23, 24, 25, 26, 27, 28, 29, 30, 31, 32, 33, 34, 35, 36];
 const FRICTION: f64 = 1.0;
 /// Margin beyond which statics and simulation must agree, mm.
 const CLEAR_MM: f64 = 10.0;
@@ -30,7 +30,7 @@ pub fn grid(programs: &Programs, done: &(dyn Fn(&Row) + Sync)) -> Result<Vec<Row
         let [riser_m, run_m] = [riser, run].map(|length| f64::from(*length) * 0.01);
         let (scenario, obstacle) =
             draw::stairs(riser_m, run_m, FRICTION).map_err(SuiteError::Scenario)?;
-        let row = clear(&scenario, &obstacle, programs)?;
+        let row = clear(&scenario, &obstacle, None, programs)?;
         done(&row);
         Ok(row)
     })

@@ -1,11 +1,12 @@
 //! `cargo demo --suite clearance`: B2P2 clears drawn obstacles by itself.
 //!
-//! `draw` draws obstacles, `model` says by statics which of them the robot can clear, `row` runs
-//! one, `table` writes the tables, [`grid`] compares
-//! statics and simulation over riser and run, `shards` splits a suite into parts and
-//! merges their results.
+//! `draw` draws obstacles, `failure` what fails in the middle of a phase. `model` says by statics
+//! which obstacles the robot can clear, `row` runs one, `table` writes the tables, [`grid`] compares
+//! statics and simulation over riser and run, `shards` splits a suite into parts and merges their
+//! results.
 
 pub mod draw;
+pub mod failure;
 pub mod grid;
 pub mod model;
 pub mod row;
@@ -32,10 +33,14 @@ pub fn clearance(
 ) -> Result<Vec<Row>, SuiteError> {
     let numbers: Vec<u64> = (0..runs).filter(|number| shard.has(*number)).collect();
     on_all_cores(&numbers, |number| {
-        let (scenario, obstacle) =
+        let (scenario, obstacle, failure) =
             draw::draw(seed, *number, faulty).map_err(SuiteError::Scenario)?;
-        let mut row = row::clear(&scenario, &obstacle, programs)?;
+        let mut row = row::clear(&scenario, &obstacle, failure, programs)?;
         (row.seed, row.number) = (seed, *number);
+        let mut scenario = scenario.description();
+        let fault = row.failed.as_ref().and_then(|failed| failed.fault.clone());
+        scenario.faults.extend(fault);
+        let scenario = Scenario::checked(scenario).map_err(SuiteError::Scenario)?;
         done(&row, &scenario);
         Ok(row)
     })

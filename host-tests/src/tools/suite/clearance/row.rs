@@ -1,14 +1,16 @@
 //! Runs one drawn scenario, and computes its result from the samples.
 
 use super::draw::Obstacle;
+use super::failure::{Failed, Failure};
 use super::model::margin_mm;
 use crate::programs::Programs;
 use crate::results::summary::intervenes;
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
-use crate::simulator::run::{Options, run};
+use crate::simulator::run::{Inject, Options, run};
 use crate::tools::suite::SuiteError;
 use serde::{Deserialize, Serialize};
+use std::sync::{Arc, Mutex};
 
 /// How a run ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,6 +43,8 @@ pub struct Row {
     pub obstacle: Obstacle,
     /// Margin of the statics, mm.
     pub margin_mm: f64,
+    /// What failed.
+    pub failed: Option<Failed>,
     /// How it ended.
     pub ending: Ending,
     /// Time from the start of the clearance to the end, s.
@@ -57,16 +61,21 @@ pub struct Row {
     pub verdicts: Vec<(f64, String)>,
     /// Virtual time, s.
     pub simulated_s: f64,
+    /// Hash of all states and frames.
+    #[serde(default)]
+    pub state_hash: String,
 }
 
 /// Margin from which the statics must be right, mm.
 pub const POSSIBLE_MM: f64 = 20.0;
 
 impl Row {
-    /// Whether the robot toppled, or did not clear an obstacle that it can clear by statics.
+    /// Whether the robot toppled, or its end is not the right one. If nothing failed, it must clear
+    /// an obstacle that it can clear by statics. In any case it must get to an end.
     pub fn missed(&self) -> bool {
-        let possible = self.margin_mm >= POSSIBLE_MM;
-        self.ending == Ending::Toppled || possible && self.ending != Ending::Cleared
+        let possible = self.margin_mm >= POSSIBLE_MM && self.failed.is_none();
+        matches!(self.ending, Ending::Toppled | Ending::Unfinished)
+            || possible && self.ending != Ending::Cleared
     }
 }
 
@@ -81,26 +90,46 @@ const STILL_S: f64 = 4.0;
 /// Speed of a robot that stands still, m/s.
 const STILL_MPS: f64 = 0.005;
 
-/// Runs one scenario.
+/// Runs one scenario, in which this fails.
 ///
 /// # Errors
 /// [`SuiteError::Run`] if the run fails.
 pub fn clear(
     scenario: &Scenario,
     obstacle: &Obstacle,
+    failure: Option<Failure>,
     programs: &Programs,
 ) -> Result<Row, SuiteError> {
     let end_m = obstacle.end_m + BEHIND_M;
     let (mut level_since, mut still_since) = (None, None);
+    let mut autonomous = false;
+    let mut failed = failure.as_ref().map(|failure| Failed {
+        phase: failure.phase.name().to_owned(),
+        fault: None,
+    });
+    let began = Arc::new(Mutex::new(None));
+    let inject = failure.map(|failure| {
+        let (began, mut inject) = (Arc::clone(&began), failure.inject());
+        let inject = move |sample: &Sample| {
+            let fault = inject(sample)?;
+            if let Ok(mut began) = began.lock() {
+                *began = Some(fault.clone());
+            }
+            Some(fault)
+        };
+        Box::new(inject) as Inject
+    });
     let options = Options {
         end_when_toppled: true,
         end_when: Some(Box::new(move |sample| {
             level_since = behind(sample, end_m).then(|| level_since.unwrap_or(sample.time_s));
-            let still = !sample.received.clearance.is_empty() && stands(sample);
+            autonomous |= !sample.received.clearance.is_empty();
+            let still = autonomous && stands(sample);
             still_since = still.then(|| still_since.unwrap_or(sample.time_s));
             level_since.is_some_and(|since| sample.time_s - since >= LEVEL_S)
                 || still_since.is_some_and(|since| sample.time_s - since >= STILL_S)
         })),
+        inject,
         ..Options::default()
     };
     let outcome = run(scenario, programs, options)
@@ -151,6 +180,9 @@ pub fn clear(
             _ => Ending::Unfinished,
         }
     });
+    if let (Some(failed), Ok(mut began)) = (&mut failed, began.lock()) {
+        failed.fault = began.take().filter(|fault| fault.at_s < time_s);
+    }
     let rounded = |value: f64| (value * 10.0).round() / 10.0;
     Ok(Row {
         seed: 0,
@@ -158,6 +190,7 @@ pub fn clear(
         about: scenario.about.clone(),
         obstacle: *obstacle,
         margin_mm: rounded(margin_mm(obstacle, &scenario.robot)),
+        failed,
         ending,
         time_s: rounded(time_s - began_s.unwrap_or(time_s)),
         interventions,
@@ -166,6 +199,7 @@ pub fn clear(
         phases,
         verdicts,
         simulated_s: time_s,
+        state_hash: outcome.facts.state_hash.clone(),
     })
 }
 

@@ -101,4 +101,36 @@ mod tests {
             assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }
     }
+    #[test]
+    fn shards_are_merged_by_seed_and_number_and_a_run_counts_once() {
+        let folder = std::env::temp_dir().join(format!("tautrack-shards-{}", std::process::id()));
+        fs::create_dir_all(&folder).unwrap();
+        let row = |seed: u64, number: u64| {
+            let obstacle = r#"{"kind":"ramp","riser_m":0,"run_m":0,"steps":1,"angle_deg":20,
+                "friction":1,"k_m":1.2,"payload_kg":0,"heading_deg":0,"end_m":1}"#;
+            let text = format!(
+                r#"{{"seed":{seed},"number":{number},"about":"","obstacle":{obstacle},
+                "margin_mm":30,"ending":"cleared","time_s":9,"interventions":0,
+                "attitude_deg":[0,0,0],"least_margin_mm":100,"phases":[],"verdicts":[],
+                "simulated_s":9}}"#
+            );
+            serde_json::from_str::<Row>(&text).unwrap()
+        };
+        let of = |numbers: &[u64]| -> String {
+            let rows = numbers.iter().map(|number| line(&row(1, *number)));
+            rows.collect()
+        };
+        fs::write(folder.join("a.jsonl"), of(&[3, 1])).unwrap();
+        fs::write(folder.join("b.jsonl"), of(&[0, 2, 3])).unwrap();
+        fs::write(folder.join("c.jsonl"), line(&row(0, 7))).unwrap();
+        fs::write(folder.join("table.md"), "no results").unwrap();
+        let rows = merged(&folder);
+        fs::remove_dir_all(&folder).unwrap();
+        let keys: Vec<_> = rows
+            .unwrap()
+            .iter()
+            .map(|row| (row.seed, row.number))
+            .collect();
+        assert_eq!(keys, [(0, 7), (1, 0), (1, 1), (1, 2), (1, 3)]);
+    }
 }

@@ -4,6 +4,7 @@ use super::Row;
 use super::draw::Kind;
 use super::row::{Ending, POSSIBLE_MM};
 use std::fmt::Write;
+use tautrack::robots::b2p2::clearance::Phase;
 
 /// The tables of a suite: by kind of obstacle, by margin of the statics, and the runs that were not
 /// cleared though the statics has a margin.
@@ -32,6 +33,24 @@ pub fn table(rows: &[Row]) -> String {
             &mut text,
             name,
             &rows.iter().filter(within).collect::<Vec<_>>(),
+        );
+    }
+    let failed = |row: &&Row| row.failed.as_ref().is_some_and(|it| it.fault.is_some());
+    if rows.iter().any(|row| failed(&row)) {
+        text.push('\n');
+        text.push_str(&HEAD.replace("obstacle", "something fails in"));
+        for phase in Phase::ALL.map(Phase::name) {
+            let of_phase =
+                |row: &&Row| failed(row) && row.failed.as_ref().is_some_and(|it| it.phase == phase);
+            let rows: Vec<&Row> = rows.iter().filter(of_phase).collect();
+            if !rows.is_empty() {
+                line(&mut text, phase, &rows);
+            }
+        }
+        line(
+            &mut text,
+            "**all**",
+            &rows.iter().filter(failed).collect::<Vec<_>>(),
         );
     }
     for row in rows.iter().filter(|row| row.missed()) {
@@ -80,9 +99,13 @@ fn line(text: &mut String, name: &str, rows: &[&Row]) {
 /// One line about a run.
 pub fn progress(row: &Row) -> String {
     let [up, down, roll] = row.attitude_deg;
-    format!(
+    let mut text = format!(
         "{:?} after {:.1} s, {:.0} mm by statics, pitch {down} to {up}, roll {roll}, margin {} mm, \
          {} interventions ({})",
         row.ending, row.time_s, row.margin_mm, row.least_margin_mm, row.interventions, row.about
-    )
+    );
+    if row.failed.as_ref().is_some_and(|it| it.fault.is_none()) {
+        text.push_str("; nothing failed before the end");
+    }
+    text
 }

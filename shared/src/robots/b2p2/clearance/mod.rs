@@ -18,8 +18,9 @@ pub use statics::{Clearing, Straight};
 
 use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{centidegrees, milli};
-use crate::math::{Scalar, limit, max, min};
-use phases::{LEVEL, TABLE, When};
+use crate::math::{Scalar, clamp, limit, max, min};
+use crate::units::Angle;
+use phases::{ASIDE, LEVEL, LEVEL_ROLL, TABLE, When};
 
 /// Time constant of the pitch rate's low-pass, s.
 const RATE_TIME: f32 = 0.06;
@@ -51,20 +52,41 @@ pub fn may_arch([forward, up]: [f32; 2]) -> bool {
 }
 
 /// Time constant with which a robot that goes down turns downhill, s, the largest yaw rate for
-/// this, rad/s, and the sine of the least slope on which it turns.
-const DOWNHILL_TIME: f32 = 3.0;
-const DOWNHILL_RATE: f32 = 0.12;
+/// this, rad/s, and the sine of the least slope on which it turns. The belts slide across the edges
+/// that they turn on: the robot turns by an eighth of the commanded rate.
+const DOWNHILL_TIME: f32 = 0.25;
+const DOWNHILL_RATE: f32 = 0.5;
 const DOWNHILL_SLOPE: f32 = 0.14;
+/// Angle to the steepest descent up to which the robot goes down at full speed, and the one at
+/// which its belts stand, rad.
+const ASKEW: [f32; 2] = [0.03, 0.09];
+/// Least part of the speed. Belts that slide across an edge hold nothing along it: the robot slides
+/// down at about the speed of the belts, unless they run backward.
+const LEAST_PART: f32 = -0.3;
+/// Roll from which on the robot hangs with one track on the edge that the other one has left, rad.
+/// It is more than stairs of 45 degrees turn a robot that is 15 degrees askew.
+const HANGS: f32 = 0.2;
 
-/// Returns the yaw rate, rad/s, that turns a robot downhill: if it heads to the left of the
-/// steepest descent by a small angle, its left side is up by this angle times the sine of the
-/// slope. A robot that leaves the last edge with one track first falls to this side.
-fn downhill(facts: &Facts) -> f32 {
+/// Returns the part of the speed, and the yaw rate, rad/s, that turn a robot downhill: if it heads
+/// to the left of the steepest descent by a small angle, its left side is up by this angle times the
+/// sine of the slope.
+///
+/// A robot that leaves the last edge with one track first falls to this side, until the other track
+/// has left it, too. So it turns before. If it hangs, it drives on.
+fn downhill(facts: &Facts) -> [f32; 2] {
     let (slope, _) = Scalar::sin_cos(-facts.pitch);
     if slope < DOWNHILL_SLOPE {
-        return 0.0;
+        return [1.0, 0.0];
     }
-    limit(-facts.roll / (slope * DOWNHILL_TIME), DOWNHILL_RATE)
+    let askew = facts.roll / slope;
+    let [least, most] = ASKEW;
+    let slower = (askew.abs() - least) / (most - least);
+    let part = if facts.roll.abs() > HANGS {
+        1.0
+    } else {
+        clamp(1.0 - slower, LEAST_PART, 1.0)
+    };
+    [part, limit(-askew / DOWNHILL_TIME, DOWNHILL_RATE)]
 }
 
 /// What the controller knows, once per SYNC.
@@ -83,6 +105,8 @@ pub struct Facts {
     pub push: f32,
     /// Roll, left side up positive, rad.
     pub roll: f32,
+    /// Heading.
+    pub heading: Angle,
     /// Forward speed that the operator commands, m/s.
     pub speed: f32,
     /// Yaw rate that the operator commands, counter-clockwise from above, rad/s.
@@ -127,6 +151,8 @@ pub struct Clearance {
     too_steep: f32,
     attempt: Attempt,
     may_arch: bool,
+    /// Heading before the obstacle, or as the operator has turned the robot.
+    course: Angle,
 }
 
 /// What was tried at the present obstacle.
@@ -161,6 +187,7 @@ impl Clearance {
             too_steep: steepest + BEYOND,
             attempt: Attempt::Taut,
             may_arch,
+            course: Angle::ZERO,
         }
     }
 
@@ -220,13 +247,14 @@ impl Clearance {
             self.enter(row.to, row.cause, facts.pitch);
         }
         let order = self.phase.order();
+        let [part, yaw_rate] = if facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
+            downhill(facts)
+        } else {
+            [1.0, facts.yaw_rate]
+        };
         Wanted {
-            speed: order.speed * min(facts.speed, order.fastest),
-            yaw_rate: if facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
-                downhill(facts)
-            } else {
-                facts.yaw_rate
-            },
+            speed: part * order.speed * min(facts.speed, order.fastest),
+            yaw_rate,
             chassis: order.chassis.map(f32::to_radians),
             released: order.released,
         }
@@ -272,7 +300,9 @@ impl Clearance {
         }
         let timer = |holds: bool, time: f32| if holds { time + period } else { 0.0 };
         self.level_for = timer(
-            facts.pitch.abs() < LEVEL.to_radians() && self.rate.abs() < 2.0 * QUIET,
+            facts.pitch.abs() < LEVEL.to_radians()
+                && facts.roll.abs() < LEVEL_ROLL.to_radians()
+                && self.rate.abs() < 2.0 * QUIET,
             self.level_for,
         );
         self.quiet_for = timer(self.rate.abs() < QUIET, self.quiet_for);
@@ -290,6 +320,9 @@ impl Clearance {
             (self.marked, self.stuck) = (facts.pitch, 0.0);
         }
         self.pushing_for = timer(facts.push > PUSH, self.pushing_for);
+        if self.phase == Phase::Approach || facts.yaw_rate != 0.0 {
+            self.course = facts.heading;
+        }
     }
 
     fn holds(&self, when: When, facts: &Facts) -> bool {
@@ -302,6 +335,10 @@ impl Clearance {
             When::ChassisAbove(bound) => chassis > bound,
             When::ChassisWithin(bound) => chassis.abs() < bound,
             When::LevelFor(time) => self.level_for >= time,
+            When::Turned => {
+                let turned = (facts.heading - self.course).radians();
+                turned.abs() > ASIDE.to_radians()
+            }
             When::QuietFor(time) => self.quiet_for >= time,
             When::Travelled(distance) => self.travelled >= distance,
             When::Lasted(time) => self.lasted >= time,
@@ -404,6 +441,37 @@ mod tests {
         assert_eq!(clearance.phase(), Phase::Approach);
     }
 
+    #[test]
+    fn a_robot_that_turns_aside_is_held_unless_the_operator_turns_it() {
+        for (yaw_rate, phase) in [(0.0, Phase::Held), (0.3, Phase::Climb)] {
+            let mut clearance = clearance();
+            let turned = |heading: f32| Facts {
+                yaw_rate,
+                heading: Angle::from_radians(heading),
+                ..facts(20.0, 0.0)
+            };
+            drive(&mut clearance, &turned(3.0), 1.0);
+            assert_eq!(clearance.phase(), Phase::Climb);
+            drive(&mut clearance, &turned(-3.0), 0.1);
+            assert_eq!(clearance.phase(), Phase::Climb);
+            drive(&mut clearance, &turned(-2.5), 0.1);
+            assert_eq!(clearance.phase(), phase);
+        }
+    }
+
+    /// A robot across stairs has no pitch.
+    #[test]
+    fn a_robot_on_its_side_is_not_level() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        let across = Facts {
+            roll: -0.5,
+            ..facts(0.0, 0.0)
+        };
+        drive(&mut clearance, &across, 5.0);
+        assert_eq!(clearance.phase(), Phase::Climb);
+    }
+
     /// A heading to the left of the steepest descent raises the left side.
     #[test]
     fn a_robot_that_descends_turns_downhill() {
@@ -416,6 +484,26 @@ mod tests {
             let wanted = drive(&mut clearance, &tilted(roll), 0.1);
             assert_eq!(clearance.phase(), Phase::Descend);
             assert!(wanted.yaw_rate * roll < 0.0, "{wanted:?}");
+        }
+    }
+
+    /// A robot that is askew turns on the spot, one that hangs on an edge drives on.
+    #[test]
+    fn a_robot_that_descends_askew_turns_before_it_drives_on() {
+        let speed = |roll: f32| {
+            let mut clearance = clearance();
+            let askew = Facts {
+                roll,
+                ..facts(-25.0, 0.0)
+            };
+            drive(&mut clearance, &askew, 0.1).speed
+        };
+        let full = speed(0.0);
+        assert_eq!(speed(0.01), full);
+        assert!((0.0..0.5 * full).contains(&speed(0.03)));
+        for side in [1.0, -1.0] {
+            assert!((-0.5 * full..0.0).contains(&speed(0.1 * side)));
+            assert_eq!(speed(0.4 * side), full);
         }
     }
 }

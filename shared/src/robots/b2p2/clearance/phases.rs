@@ -133,11 +133,13 @@ pub enum Cause {
     OnTop = 18,
     /// The belts have hauled the robot over the nose.
     Hauled = 19,
+    /// The robot has turned aside, as with one track that drives.
+    Turned = 20,
 }
 
 impl Cause {
     /// All causes, in the order of their numbers.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::None,
         Self::Operator,
         Self::FrontLifted,
@@ -158,6 +160,7 @@ impl Cause {
         Self::Nothing,
         Self::OnTop,
         Self::Hauled,
+        Self::Turned,
     ];
 
     /// Returns the cause with this number.
@@ -188,6 +191,7 @@ impl Cause {
             Self::Nothing => "nothing there",
             Self::OnTop => "on top",
             Self::Hauled => "hauled",
+            Self::Turned => "turned aside",
         }
     }
 }
@@ -218,8 +222,11 @@ pub enum When {
     ChassisAbove(f32),
     /// The measured chassis angle is within this of straight.
     ChassisWithin(f32),
-    /// The pitch has been within [`LEVEL`] of level for this time, s.
+    /// The pitch has been within [`LEVEL`] of level, and the roll within [`LEVEL_ROLL`], for this
+    /// time, s.
     LevelFor(f32),
+    /// The heading is more than [`ASIDE`] off the one on level ground before the obstacle.
+    Turned,
     /// The pitch has been at rest for this time, s.
     QuietFor(f32),
     /// The belts have travelled this in the phase, in its direction, m.
@@ -242,6 +249,12 @@ pub enum When {
 pub const FOLDED: f32 = -59.0;
 /// Largest pitch of a level robot, degrees.
 pub const LEVEL: f32 = 4.0;
+/// Its largest roll, degrees: the ground behind an obstacle may slope sideways. A robot that lies
+/// across stairs rolls more.
+pub const LEVEL_ROLL: f32 = 12.0;
+/// Angle by which a robot turns aside only if a track fails, degrees. A robot that meets an edge
+/// askew turns downhill by less.
+pub const ASIDE: f32 = 35.0;
 
 /// One line of the table: in phase `from`, if all of `when` hold, the phase `to` begins.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -306,6 +319,7 @@ pub const TABLE: &[Transition] = {
         row(P::Approach, &[W::PitchBelow(-4.0)], C::Edge, P::Descend),
         row(P::Approach, &[W::Pushing], C::TracksPush, P::Reach),
 
+        row(P::Reach, &[W::Turned], C::Turned, P::Held),
         row(P::Reach, &[W::ChassisAbove(30.0), W::PitchAbove(7.0)], C::NoseUnderFront, P::Mount),
         row(P::Reach, &[W::PitchBelow(-10.0)], C::Edge, P::Descend),
         row(P::Reach, &[W::TooSteepUp], C::TooHigh, P::Withdraw),
@@ -313,10 +327,12 @@ pub const TABLE: &[Transition] = {
         row(P::Reach, &[W::Travelled(1.2)], C::NoProgress, P::Withdraw),
         row(P::Reach, &[W::Lasted(30.0)], C::Timeout, P::Withdraw),
 
+        row(P::Mount, &[W::Turned], C::Turned, P::Held),
         row(P::Mount, &[W::TooSteepUp], C::TooHigh, P::Withdraw),
         row(P::Mount, &[W::ChassisWithin(3.0)], C::Straight, P::Climb),
         row(P::Mount, &[W::Lasted(10.0)], C::Timeout, P::Withdraw),
 
+        row(P::Climb, &[W::Turned], C::Turned, P::Held),
         row(P::Climb, &[W::TooSteepUp], C::TooHigh, P::Withdraw),
         row(P::Climb, &[W::FallsFasterThan(10.0)], C::PastNose, P::Sway),
         row(P::Climb, &[W::LevelFor(0.2)], C::Level, P::Land),
@@ -324,39 +340,47 @@ pub const TABLE: &[Transition] = {
         row(P::Climb, &[W::Stuck(3.0)], C::NoProgress, P::Withdraw),
         row(P::Climb, &[W::Lasted(120.0)], C::Timeout, P::Withdraw),
 
+        row(P::Sway, &[W::Turned], C::Turned, P::Held),
         row(P::Sway, &[W::BelowNoses(5.0)], C::NothingAhead, P::Crest),
         row(P::Sway, &[W::PitchBelow(6.0)], C::Level, P::Land),
         row(P::Sway, &[W::QuietFor(0.15)], C::NextNose, P::Climb),
         row(P::Sway, &[W::Lasted(10.0)], C::Timeout, P::Climb),
 
+        row(P::Crest, &[W::Turned], C::Turned, P::Held),
         row(P::Crest, &[W::Lasted(0.5), W::QuietFor(0.2)], C::Level, P::Land),
         row(P::Crest, &[W::Lasted(5.0)], C::Timeout, P::Land),
 
+        row(P::Land, &[W::Turned], C::Turned, P::Held),
         row(P::Land, &[W::Travelled(0.1), W::LevelFor(0.5), W::ChassisWithin(5.0)], C::Landed, P::Approach),
         row(P::Land, &[W::Travelled(0.1), W::QuietFor(0.2), W::PitchAbove(8.0)], C::NextNose, P::Climb),
         row(P::Land, &[W::PitchBelow(-6.0), W::Lasted(0.3)], C::Edge, P::Descend),
         row(P::Land, &[W::Stuck(1.5)], C::NoProgress, P::Withdraw),
         row(P::Land, &[W::Lasted(60.0)], C::Timeout, P::Held),
 
+        row(P::Descend, &[W::Turned], C::Turned, P::Held),
         row(P::Descend, &[W::PitchBelow(-60.0)], C::TooSteep, P::Held),
         row(P::Descend, &[W::Travelled(0.1), W::LevelFor(0.4)], C::Level, P::Land),
         row(P::Descend, &[W::PitchAbove(8.0), W::QuietFor(0.2)], C::NextNose, P::Climb),
         row(P::Descend, &[W::Stuck(4.0)], C::NoProgress, P::Held),
         row(P::Descend, &[W::Lasted(180.0)], C::Timeout, P::Held),
 
+        row(P::Withdraw, &[W::Turned], C::Turned, P::Held),
         row(P::Withdraw, &[W::Travelled(0.1), W::LevelFor(3.0), W::MayRelease], C::Level, P::Raise),
         row(P::Withdraw, &[W::Travelled(0.1), W::LevelFor(3.2)], C::Level, P::GivenUp),
         row(P::Withdraw, &[W::Stuck(2.0)], C::NoProgress, P::Held),
         row(P::Withdraw, &[W::Lasted(120.0)], C::Timeout, P::Held),
 
+        row(P::Raise, &[W::Turned], C::Turned, P::Held),
         row(P::Raise, &[W::ChassisAbove(40.0), W::PitchAbove(8.0)], C::NoseUnderFront, P::Arch),
         row(P::Raise, &[W::PitchBelow(-10.0)], C::Edge, P::Descend),
         row(P::Raise, &[W::Travelled(1.0)], C::NoProgress, P::Withdraw),
         row(P::Raise, &[W::Lasted(40.0)], C::Timeout, P::Withdraw),
 
+        row(P::Arch, &[W::Turned], C::Turned, P::Held),
         row(P::Arch, &[W::Travelled(0.33)], C::OnTop, P::Haul),
         row(P::Arch, &[W::Lasted(30.0)], C::Timeout, P::Held),
 
+        row(P::Haul, &[W::Turned], C::Turned, P::Held),
         row(P::Haul, &[W::Lasted(1.0), W::PitchBelow(11.0)], C::Hauled, P::Land),
         row(P::Haul, &[W::Travelled(1.2)], C::NoProgress, P::Held),
         row(P::Haul, &[W::Lasted(40.0)], C::Timeout, P::Held),
@@ -376,7 +400,7 @@ mod tests {
             assert_eq!(Cause::from_code(cause as u8), Some(cause));
         }
         assert_eq!(Phase::from_code(15), None);
-        assert_eq!(Cause::from_code(20), None);
+        assert_eq!(Cause::from_code(21), None);
     }
 
     /// A phase in which the robot stands needs no way out. On level ground before an obstacle the

@@ -80,13 +80,14 @@ impl Belts {
     }
 
     /// Pulls on the segments in the next step. `speeds` are the speeds at which pulley 1 drives the
-    /// belts, m/s.
+    /// belts, m/s; `friction` is that of the ground under each.
     pub fn pull(
         &mut self,
         world: &mut PhysicsWorld,
         robot: &Robot,
         p: &B2p2Parameters,
         speeds: [f64; 2],
+        friction: [f64; 2],
     ) {
         for handle in robot.bodies {
             let body = &mut world.bodies[handle];
@@ -99,7 +100,7 @@ impl Belts {
             let pulleys = grip.pulleys(world, p);
             let guided = p.guide_clearance == 0.0;
             let path = self.inside[side].path(&pulleys, &self.corners, guided);
-            self.sides[side].step(world, &grip, &path, p, speed * DT);
+            self.sides[side].step(world, &grip, &path, p, [speed * DT, friction[side]]);
         }
     }
 }
@@ -111,7 +112,7 @@ impl Belt {
         grip: &Grip,
         path: &Path,
         p: &B2p2Parameters,
-        fed: f64,
+        [fed, friction]: [f64; 2],
     ) {
         let (belt, sections) = (p.belt(), path.sections());
         let rates: Vec<f64> = sections
@@ -120,7 +121,7 @@ impl Belt {
             .collect();
         let (tensions, touches) =
             self.material
-                .tensions(&belt, &sections, &rates, p.pulley_radius, fed, p.friction);
+                .tensions(&belt, &sections, &rates, p.pulley_radius, fed, friction);
         for (section, tension) in sections.iter().zip(&tensions) {
             for straight in &path.straights[section.straights.clone()] {
                 grip.pull(world, straight, *tension);
