@@ -217,8 +217,8 @@ impl Parameters {
         }
     }
 
-    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that and stops
-    /// with the deceleration `braking`, m/s^2.
+    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that and
+    /// stops with the deceleration `braking`, m/s^2.
     pub fn bounds(&self, horizon: f32, braking: f32, tipping: [Tipping; 4]) -> Bounds {
         let ramp = |none, all| Ramp { none, all };
         Bounds {
