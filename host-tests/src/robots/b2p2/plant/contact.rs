@@ -176,6 +176,7 @@ pub fn add_corners(forces: &mut GroundForces, belts: &Belts, step: u64, support:
                 support.add(pressed.place, step + WINDOW, pressed.force);
             }
             forces.lift += pressed.force.z;
+            forces.side[side] += pressed.sideways;
             forces.add_slip(side, pressed.sliding, force);
         }
     }

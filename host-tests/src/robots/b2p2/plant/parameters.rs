@@ -214,6 +214,11 @@ impl B2p2Parameters {
         }
     }
 
+    /// Stiffness of a belt against bending in its surface, N m^2: that of a strip of one material.
+    pub fn belt_rigidity(&self) -> f64 {
+        self.belt_stiffness * self.belt_width * self.belt_width / 12.0
+    }
+
     /// Distance from axle 1 to axle 3, m.
     pub fn chord(&self, theta: f64, extension: f64) -> f64 {
         let r = self.l2 + extension;

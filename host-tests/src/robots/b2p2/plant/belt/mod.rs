@@ -2,8 +2,9 @@
 //! the ground, and pull on what they touch.
 //!
 //! `corners`: the corners of the ground in the plane of a belt. [`inside`]: those that it does not
-//! feel. [`path`]: the shortest loop over them. [`tension`]: the tensions of its sections. `pull`:
-//! what it pulls on. `drawn`: the line through which it is drawn.
+//! feel. [`path`]: the shortest loop over them. [`tension`]: the tensions of its sections. `aside`:
+//! how corners hold it sideways. `pull`: what it pulls on. `drawn`: the line through which it is
+//! drawn.
 //! Where a pulley or a guide plate presses the belt on the ground, the physics engine computes the
 //! contact.
 //!
@@ -13,6 +14,7 @@
 //! stiffness of a section and `w` the inverse of the mass that it moves. For B2P2, `w` is at most
 //! 9 / kg for both belts, and the left side is 3.4 even if no gear held the segments.
 
+mod aside;
 mod corners;
 mod drawn;
 pub mod inside;
@@ -24,6 +26,7 @@ use super::parameters::B2p2Parameters;
 use super::robot::{Robot, lateral};
 use crate::world::ground::Ground;
 use crate::world::physics::DT;
+use aside::{Aside, Span};
 use corners::Edges;
 use inside::Inside;
 use path::{Corner, Path};
@@ -44,6 +47,7 @@ const SIDE_LAG: f64 = 0.1;
 #[derive(Clone, Debug, Default)]
 pub struct Belt {
     material: Material,
+    aside: Aside,
     /// Largest tension, N.
     pub tension: f64,
     /// Length that it has beyond its path, m; negative if it is stretched.
@@ -135,14 +139,25 @@ impl Belt {
         self.tension = tensions.iter().fold(0.0, |most, next| next.max(most));
         self.load = tensions[0] - tensions[tensions.len() - 1];
         self.pressed.clear();
+        self.aside.keep(&touches);
+        self.aside.rigidity = p.belt_rigidity();
         for (index, touch) in touches.iter().enumerate() {
-            let arrives = &path.straights[sections[index].straights.end - 1];
-            let leaves = &path.straights[sections[index + 1].straights.start];
+            let arrives = sections[index].straights.end - 1;
+            let leaves = sections[index + 1].straights.start;
+            let direction = |straight: usize| path.straights[straight].direction;
             let force =
-                arrives.direction * tensions[index] - leaves.direction * tensions[index + 1];
+                direction(arrives) * tensions[index] - direction(leaves) * tensions[index + 1];
+            let sideways = Span::over(path, arrives).map_or(0.0, |span| {
+                let speed = grip.sideways(world, &span);
+                let most = friction * force.length();
+                let sideways = self.aside.force(touch, &span, speed, most);
+                grip.push(world, &span, sideways);
+                sideways
+            });
             self.pressed.push(Pressed {
                 place: grip.place(touch.corner.place),
-                force: grip.direction(force),
+                force: grip.direction(force) + grip.left() * sideways,
+                sideways,
                 sliding: touch.sliding,
             });
         }

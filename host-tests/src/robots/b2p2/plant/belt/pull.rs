@@ -2,6 +2,7 @@
 
 use super::super::parameters::B2p2Parameters;
 use super::super::robot::Robot;
+use super::aside::Span;
 use super::path::{Bend, Pulleys, Straight};
 use rapier3d_f64::glamx::DVec2;
 use rapier3d_f64::math::{Pose, Vector};
@@ -14,6 +15,8 @@ pub struct Pressed {
     pub place: Vector,
     /// Force of the corner on the belt, N.
     pub force: Vector,
+    /// Part of it to the left of the robot, N.
+    pub sideways: f64,
     /// Speed at which the belt slides over the corner backward, m/s.
     pub sliding: f64,
 }
@@ -87,6 +90,33 @@ impl Grip {
             if let Some(handle) = self.segment(straight.between[end]) {
                 let place = self.place(straight.ends[end]);
                 world.bodies[handle].add_force_at_point(force, place, false);
+            }
+        }
+    }
+
+    /// Returns the direction across the plane, to the left.
+    pub fn left(&self) -> Vector {
+        self.plane.rotation * Vector::Y
+    }
+
+    /// Returns the speed at which the robot moves to the left over the corner under a span, m/s.
+    pub fn sideways(&self, world: &PhysicsWorld, span: &Span) -> f64 {
+        let speed = |end: usize| {
+            self.segment(span.between[end]).map_or(0.0, |handle| {
+                let velocity = world.bodies[handle].velocity_at_point(self.place(span.ends[end]));
+                velocity.dot(self.left())
+            })
+        };
+        let [behind, before] = span.parts();
+        behind * speed(0) + before * speed(1)
+    }
+
+    /// Pushes the pulleys that hold a span to the left with this force in the next step, N.
+    pub fn push(&self, world: &mut PhysicsWorld, span: &Span, force: f64) {
+        for (end, part) in span.parts().into_iter().enumerate() {
+            if let Some(handle) = self.segment(span.between[end]) {
+                let place = self.place(span.ends[end]);
+                world.bodies[handle].add_force_at_point(self.left() * (force * part), place, false);
             }
         }
     }

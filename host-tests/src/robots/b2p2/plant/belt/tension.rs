@@ -14,7 +14,7 @@ use crate::world::physics::DT;
 const SHORTEST: f64 = 0.2;
 /// Time by which the tension leads the length: a step, because the tension belongs to the length at
 /// the end of the step, and 2 ms for the losses of the belt's material (assumed), s.
-const LEAD: f64 = DT + 2.0e-3;
+pub const LEAD: f64 = DT + 2.0e-3;
 /// Number of times that the tensions at all corners are balanced in one step.
 const SWEEPS: usize = 4;
 
