@@ -84,6 +84,7 @@ impl Bounds {
             sine,
             cosine,
             speed,
+            steep: scale(pitch / STEEP - 1.0),
             latency: self.foresight,
             braking: self.braking,
         })
@@ -106,6 +107,8 @@ pub(super) struct Nose {
     cosine: f32,
     /// Speed at which the whole command pushes the rear, m/s.
     speed: f32,
+    /// 0 up to the pitch [`STEEP`], 1 from twice this pitch.
+    steep: f32,
     /// Time until the guard's stop begins, s.
     latency: f32,
     braking: f32,
@@ -121,6 +124,12 @@ impl Nose {
             height,
             speed * (self.latency + 0.5 * speed / self.braking),
         )
+    }
+
+    /// Margin that must be left on the nose, m. A steep robot keeps half of the caution band: if its
+    /// rear loses the ground, it swings about the nose, and lands with the momentum of this fall.
+    pub fn least(&self, ramp: Ramp) -> f32 {
+        ramp.none + 0.5 * self.steep * ramp.width()
     }
 
     /// Margin of the rear edge after the rear was pushed by `way`, m. The robot turns by the angle

@@ -139,14 +139,14 @@ fn passable(
     // margin decays now, and on a nose.
     let spare = |scale: f32| {
         let decay = (rest - scale * per_speed * forward.abs()) * bounds.horizon;
-        let left = tipping.margin(now + decay, scale * toward) - scale * ramp.width();
+        let left = tipping.margin(now + decay, scale * toward) - scale * ramp.width() - ramp.none;
         let on_nose = nose.map_or(left, |nose| {
             let before = now + rest * bounds.horizon;
-            tipping.margin(nose.left(before, tipping.height, scale), 0.0)
+            let left = nose.left(before, tipping.height, scale);
+            tipping.margin(left, 0.0) - nose.least(ramp)
         });
         // The comparison is false for NaN.
-        let least = if left <= on_nose { left } else { on_nose };
-        least - ramp.none
+        if left <= on_nose { left } else { on_nose }
     };
     let (mut low, mut high) = ((0.0, spare(0.0)), (1.0, spare(1.0)));
     // The comparisons are false for NaN.
