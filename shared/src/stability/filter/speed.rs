@@ -428,6 +428,20 @@ mod tests {
         assert!((scale(1e-3) - scale(-1e-3)).abs() < 0.01);
     }
 
+    #[test]
+    fn a_steep_robot_on_a_nose_keeps_half_of_the_caution_band() {
+        let scale = |pitch, margin| {
+            let (scale, verdict) = speed_scale(along(0.1), pitch, &standing(margin), &ON_A_NOSE);
+            assert_eq!(scale == 0.0, verdict == Verdict::Refused(Edge::Back));
+            scale
+        };
+        // The band begins at 50 mm, and 70 mm are its middle.
+        for (pitch, least) in [(0.45, 0.05), (0.75, 0.06), (1.0, 0.07), (1.3, 0.07)] {
+            assert_eq!(scale(pitch, least - 0.001), 0.0, "{pitch}");
+            assert!(scale(pitch, least + 0.003) > 0.0, "{pitch}");
+        }
+    }
+
     /// Smallest margin of a robot that pushes its rear towards a nose and then stops, over all
     /// places of the nose from below the centre of gravity on. A robot whose centre of gravity gets
     /// ahead of the nose tips forward and is safe.
