@@ -10,6 +10,7 @@ use tautrack::fault_log::FaultLog;
 use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::sensors::{Switches, Temperatures};
+use tautrack::settings::Settings;
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
 /// take no `self`.
@@ -67,6 +68,9 @@ pub trait Board {
     fn index() -> Option<u32> {
         None
     }
+    /// Takes over the current limit of these settings, if something besides software opens the
+    /// bridge beyond it. A board without such a thing keeps this method.
+    fn set_current_limit(_: &Settings) {}
     /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
     /// Temperatures of bridge and motor. A board without sensors keeps this method.

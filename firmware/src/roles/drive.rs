@@ -13,7 +13,7 @@ use tautrack::can::Frame;
 use tautrack::fault_log::FaultLog;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, Excitation, Measurement};
 use tautrack::roles::drive::{self, Control, Measurements, Motor, Readings};
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
@@ -40,6 +40,11 @@ impl Motor for BoardMotor {
 
     fn install(&mut self, current_loop: CurrentLoop) {
         current_loop::install(current_loop);
+    }
+
+    fn set_limits(&mut self, settings: &Settings) {
+        current_loop::set_limits(&Config::from_settings(settings, 0));
+        Selected::set_current_limit(settings);
     }
 
     fn set_cogging(&mut self, periods: i32, wave: Wave) {

@@ -212,6 +212,10 @@ impl Board for Esc1 {
         reset::keep_faults(log);
     }
 
+    fn set_current_limit(settings: &Settings) {
+        over_current::set_limit(settings);
+    }
+
     fn supply_voltage() -> f32 {
         sampling::supply_voltage()
     }

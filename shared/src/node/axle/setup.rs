@@ -5,7 +5,7 @@ use super::brake::Brake;
 use super::commutation::Commutation;
 use super::encoder::Encoder;
 use super::end_stops::EndStops;
-use super::envelope::Envelopes;
+use super::envelope::{Envelope, Envelopes};
 use super::handshake::Handshake;
 use super::homing::Homing;
 use super::latch::Latch;
@@ -108,6 +108,35 @@ impl Axle {
             active_limit: ActiveLimit::None,
             lacks_slack: false,
             demand: 0.0,
+        }
+    }
+
+    /// Takes over the gains and limits of these settings, which take effect at once. The current of
+    /// an axle under power does not jump: the integral takes up the difference, within the current
+    /// limit.
+    pub fn retune(&mut self, settings: &Settings) {
+        self.retune_as::<true>(settings);
+    }
+
+    /// As [`Axle::retune`], for the role that `WATCHES` says.
+    #[inline(never)] // its stack is not that of the tick
+    pub(in crate::node) fn retune_as<const WATCHES: bool>(&mut self, settings: &Settings) {
+        let demanded = self.follow(self.envelope.full).current;
+        let before = self.envelope.cascade.clone();
+        self.envelopes.retune(settings, &mut self.envelope);
+        self.offset.convert(&before, &self.envelope.cascade);
+        if self.powered() {
+            let demand = self.follow(self.envelope.full);
+            let Envelope { cascade, full, .. } = &mut self.envelope;
+            cascade.continue_at(before.amperes(demanded), &demand, *full);
+        }
+        self.bounds = Bounds::new(settings);
+        self.limiter.retune(settings);
+        self.encoder.retune(settings);
+        self.options.retune(settings);
+        self.back_emf.retune(settings);
+        if WATCHES && let Some(watch) = &mut self.angle_watch {
+            watch.retune(&self.back_emf);
         }
     }
 

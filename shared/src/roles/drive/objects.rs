@@ -6,11 +6,12 @@ use super::super::settings::{self, Store};
 use super::bench::Bench;
 use super::heard::Heard;
 use super::targets::{Circumstances, Memory, Targets};
+use super::tuning::Tuning;
 use super::{Motor, Readings};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, State, mode};
 use crate::bus::drive_parameters::{self, DriveParameters};
 use crate::bus::network;
-use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values};
+use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values, number};
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::UNCONFIGURED;
 use crate::faults::Fault;
@@ -34,8 +35,9 @@ pub(super) struct Objects<S> {
     pub heard: Heard,
     pub targets: Memory,
     pub bench: Bench,
-    /// The motor has current.
-    pub armed: bool,
+    pub tuning: Tuning,
+    /// A setting was written that takes effect at once.
+    pub retuned: bool,
     pub store: S,
     pub serial: u32,
     pub ratings: &'static Ratings,
@@ -59,7 +61,16 @@ impl<S: Store> Dictionary for Objects<S> {
     }
 
     fn write(&mut self, address: Address, value: &[u8]) -> Result<(), Abort> {
-        settings::write(&mut self.store, address, value, self.armed)
+        let live = match settings::setting(address) {
+            Some(setting) => {
+                let before = self.store.value(setting.bounds().key).unwrap_or_default();
+                self.tuning.check(setting, before, number(value) as i32)?
+            }
+            None => false,
+        };
+        settings::write(&mut self.store, address, value, self.tuning.armed, live)?;
+        self.retuned |= live;
+        Ok(())
     }
 
     fn serves(&self, index: u16) -> bool {
