@@ -9,7 +9,13 @@ use embedded_storage::nor_flash::NorFlash;
 use tautrack::motor::board_limits;
 use tautrack::roles::settings::{Found, SaveError, UNREADABLE};
 use tautrack::settings::{Setting, SettingError, Settings, UNKNOWN_MOTOR};
-use tautrack::store::{Report, SCHEMA, State, Store, StoreError};
+use tautrack::store::{self, Report, Schema, State, Store, StoreError};
+
+/// What the program knows of the settings, with the defaults of the board.
+const SCHEMA: Schema<'static> = Schema {
+    row: &|index| board_limits::row(LIMITS, index),
+    ..store::SCHEMA
+};
 
 /// Returns a [`Refusal`] if the node would not start with these settings.
 pub type Check = fn(&Settings) -> Result<(), Refusal>;

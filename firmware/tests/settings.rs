@@ -138,6 +138,8 @@ fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
         assert_eq!(client.in_flash(1), 0, "blank at start");
         assert_eq!(client.in_flash(7), 0, "no restart is needed");
         assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
+        assert_eq!(client.in_flash(7), 0, "the node uses it already");
+        assert_eq!(client.set(Setting::FollowingLimit, 400), None);
         assert_eq!(client.in_flash(7), 1, "a restart is needed");
         assert_eq!(client.write(0x1010, 1, SAVE), None);
         assert_eq!(client.set(Setting::PositionGain, 4_321), None);
@@ -148,6 +150,7 @@ fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
         let mut client = start(&other);
         assert_eq!(client.in_flash(1), 1, "loaded");
         assert_eq!(client.read(Setting::VelocityGain), 1_234);
+        assert_eq!(client.read(Setting::FollowingLimit), 400);
         assert_eq!(client.read(Setting::PositionGain), 20_000);
         assert_eq!(client.read(Setting::GearRatio), 50_000);
     }
@@ -171,8 +174,13 @@ fn a_save_is_refused_while_the_motor_has_current() {
         0x27,
         "enabled"
     );
-    // A setting may be changed: it has no effect before the next start.
+    // A gain may be changed, and a limit only downward.
     assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
+    assert_eq!(
+        client.set(Setting::CurrentLimit, 20_001),
+        Some(DEVICE_STATE)
+    );
+    assert_eq!(client.set(Setting::CurrentLimit, 19_000), None);
     let before = std::fs::read(&flash).expect("the flash");
     assert_eq!(client.write(0x1010, 1, SAVE), Some(DEVICE_STATE));
     assert_eq!(client.write(0x1011, 1, LOAD), Some(DEVICE_STATE));

@@ -2,6 +2,7 @@
 //! them.
 
 use super::eds::{entry, section};
+use super::tables::effect;
 use tautrack::settings::{FIRST_OBJECT, TABLE};
 
 /// Code of the type "integer of 32 bits" (CiA 301).
@@ -26,5 +27,7 @@ pub fn write(text: &mut String) {
         entry(text, "HighLimit", row.maximum);
         entry(text, "DefaultValue", row.default);
         entry(text, "PDOMapping", 0);
+        // A comment: an entry for it is not in CiA 306.
+        *text += &format!("; takes effect {}\n", effect(row.effect));
     }
 }
