@@ -148,6 +148,16 @@ settings! {
     /// Maximum speed of the output shaft in bench mode.
     BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000, Limit;
 
+    /// Absolute angle sensor at the output shaft of an axle: 0 none; 1 AS5600; 2 AS5048B. It gives
+    /// the position at power-up, so that the axle needs no homing. The motor board has it instead of
+    /// limit switches. A screw has none.
+    ShaftSensor = 0x002a, "shaft_sensor", "1", 0..=2, 0;
+    /// Angle that the shaft sensor shows at the position 0. The position at power-up is within half
+    /// a turn of the middle between `position_minimum` and `position_maximum`.
+    ShaftZero = 0x002b, "shaft_zero", "1e-3 degree", -180_000..=180_000, 0;
+    /// 1: the angle of the shaft sensor rises with the position. -1: it falls.
+    ShaftDirection = 0x002c, "shaft_direction", "1", -1..=1, 1;
+
     /// Kind of the motor: 0 brushed, between half bridges a and b; 1 three-phase, with permanent
     /// magnets.
     MotorKind = 0x00c0, "motor_kind", "1", 0..=1, 0;

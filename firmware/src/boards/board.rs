@@ -9,6 +9,7 @@ use tautrack::bus::node::Condition;
 use tautrack::fault_log::FaultLog;
 use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
+use tautrack::motor::shaft_sensor;
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::Settings;
 
@@ -61,6 +62,11 @@ pub trait Board {
     /// last reset. A board that cannot know keeps this method.
     fn bridge_stop() -> Option<BridgeStop> {
         None
+    }
+    /// Returns what is known of the absolute sensor at the output shaft. A board without an input
+    /// for one keeps this method.
+    fn shaft_sensor() -> shaft_sensor::Reading {
+        shaft_sensor::Reading::default()
     }
     /// Count of the rotor sensor ([`Readings::rotor`](tautrack::motor::bridge::Readings::rotor)) at
     /// the newest pulse of the encoder's index since the last call. A board without such an input

@@ -14,6 +14,7 @@ use tautrack::fault_log::FaultLog;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
 use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::shaft_sensor;
 use tautrack::roles::drive::{self, Control, Measurements, Motor, Readings};
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
@@ -36,6 +37,10 @@ impl Motor for BoardMotor {
             temperatures: Selected::temperatures(),
             switches: Selected::switches(),
         }
+    }
+
+    fn shaft_sensor(&mut self) -> shaft_sensor::Reading {
+        Selected::shaft_sensor()
     }
 
     fn install(&mut self, current_loop: CurrentLoop) {

@@ -26,6 +26,7 @@ use crate::motor::cogging::Wave;
 use crate::motor::current::{
     Config, CurrentLoop, CurrentLoopError, Excitation, Means, Measurement,
 };
+use crate::motor::shaft_sensor;
 use crate::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use crate::node::calibration::{self as calibrator, Action, Calibrator};
 use crate::node::cogging::{self, CoggingSearch};
@@ -64,6 +65,11 @@ pub struct Readings {
 pub trait Motor {
     /// Returns what the board has measured.
     fn readings(&mut self) -> Readings;
+    /// Returns what is known of the sensor at the output shaft. A board without one keeps this
+    /// method.
+    fn shaft_sensor(&mut self) -> shaft_sensor::Reading {
+        shaft_sensor::Reading::default()
+    }
     /// Installs a current loop.
     fn install(&mut self, current_loop: CurrentLoop);
     /// Takes over the current limit of these settings ([`CurrentLoop::set_limits`]).
@@ -271,6 +277,9 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         }
         axle.report(core::mem::take(&mut self.objects.heard.found));
         self.objects.renew_targets();
+        let shaft = motor.shaft_sensor();
+        self.control.axle().locate(&shaft);
+        self.objects.publish_shaft(&shaft);
         let readings = motor.readings();
         let mut inputs = self.objects.inputs(&readings, now_us);
         let restart = self.core.restarts() && self.leave(&mut inputs);

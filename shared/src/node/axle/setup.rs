@@ -12,6 +12,7 @@ use super::latch::Latch;
 use super::offset::Offset;
 use super::options::Options;
 use super::set_points::NewestCommand;
+use super::shaft::Shaft;
 use super::sign_probe::SignProbe;
 use super::stopping::Stopping;
 use super::torque::TorqueMode;
@@ -46,7 +47,7 @@ impl Axle {
     }
 
     /// Creates an axle whose positions on the bus have another scale. The screw uses it. `WATCHES`
-    /// is whether the role may have an [`AngleWatch`].
+    /// is whether the role may have an [`AngleWatch`] and a sensor at its shaft.
     #[inline(never)] // each inlined copy takes stack
     pub(in crate::node) fn with_scale<const WATCHES: bool>(
         settings: &Settings,
@@ -58,6 +59,11 @@ impl Axle {
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, envelope) = Envelopes::new(settings);
         let back_emf = BackEmf::new(settings);
+        let shaft = if WATCHES {
+            Shaft::new(settings, travel)
+        } else {
+            None
+        };
         Self {
             scale,
             bounds: Bounds::new(settings),
@@ -103,7 +109,8 @@ impl Axle {
             sign_probe: SignProbe::new(settings),
             windows: Windows::default(),
             homing: Homing::new(settings, home_position),
-            homed: settings.get(Setting::HomingDirection) == 0,
+            homed: settings.get(Setting::HomingDirection) == 0 && shaft.is_none(),
+            shaft,
             end_stops: EndStops::default(),
             active_limit: ActiveLimit::None,
             lacks_slack: false,

@@ -18,6 +18,7 @@ use crate::faults::Fault;
 use crate::motor::bridge::Ratings;
 use crate::motor::capture::{CHANNELS, Request, WINDOW};
 use crate::motor::current::Electrical;
+use crate::motor::shaft_sensor::Reading;
 use crate::node::axle::{Axle, Inputs, Outputs, SetPoint};
 
 /// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
@@ -271,6 +272,14 @@ impl<S: Store> Objects<S> {
             faulty: !outputs.faults.is_empty(),
         };
         self.targets.end_tick(operating, circumstances, values);
+    }
+
+    /// Writes what is known of the sensor at the output shaft.
+    pub fn publish_shaft(&mut self, reading: &Reading) {
+        let values = &mut self.values;
+        values.set(objects::OBJECT206A, reading.condition as u8);
+        values.set(objects::OBJECT206B, reading.errors);
+        values.set(objects::OBJECT206C, reading.angle.to_bits());
     }
 
     /// Follows what a client has written to the objects of the recording, and publishes its state.
