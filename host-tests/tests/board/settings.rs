@@ -9,8 +9,8 @@ use crate::executed::{
 use crate::gates::log;
 use crate::images::programs;
 use crate::stamp;
-use tautrack::settings::{FIRST_OBJECT, Setting};
-use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
+use tautrack::settings::{Effect, FIRST_OBJECT, Setting};
+use tautrack_host_tests::programs::settings_pages::{self, ADDRESS, LENGTH, Pages};
 use tautrack_host_tests::robots::Role;
 
 pub const SAVE: u16 = 0x1010;
@@ -348,4 +348,13 @@ fn a_written_current_limit_moves_the_threshold_of_the_comparators_at_once() {
     let saved = download(&mut chip, SAVE, 1, *b"save");
     assert_eq!(saved.map(|(command, _)| command), Some(0x60));
     assert_eq!(codes(&power_cycled(&chip)), after);
+}
+
+/// The board's program checks only the bounds of the table, and what the board can measure, before
+/// it uses a value at once.
+#[test]
+fn no_setting_that_takes_effect_at_once_has_narrower_bounds_on_the_board() {
+    for limit in settings_pages::motor_board::LIMITS {
+        assert_eq!(limit.setting.effect(), Effect::Restart, "{}", limit.name);
+    }
 }

@@ -72,7 +72,7 @@ fn the_sensor_gives_the_position_at_power_up() {
         (As5600, 1_024, &[zero, reversed], -0.125),
         // The middle is 1.114 turns.
         (As5600, 1_024, &travel, 1.25),
-        (As5600, 3_686, &travel, 0.9),
+        (As5600, 3_686, &travel, 3_686.0 / 4_096.0),
         (As5048b, 4_096, &[], 0.25),
         (As5048b, 15_000, &[zero], 15_000.0 / 16_384.0 - 1.125),
     ] {
