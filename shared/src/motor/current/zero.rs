@@ -77,15 +77,22 @@ impl ConverterZero {
     /// current limit, as a fraction of full scale.
     pub fn new(both: bool, current_limit: f32) -> Self {
         let [a, b] = CurrentSensing::default().zero.map(Converter::new);
-        Self {
+        let mut zero = Self {
             a,
             b,
             both,
-            bound: to_i32((FOLLOWED * current_limit + ZERO_ERROR) * 32_768.0),
+            bound: 0,
             periods: 0,
             far: 0,
             wrong: false,
-        }
+        };
+        zero.set_limit(current_limit);
+        zero
+    }
+
+    /// Sets the current limit, as a fraction of full scale.
+    pub fn set_limit(&mut self, current_limit: f32) {
+        self.bound = to_i32((FOLLOWED * current_limit + ZERO_ERROR) * 32_768.0);
     }
 
     /// Begins with the zero of the settings.

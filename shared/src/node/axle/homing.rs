@@ -236,7 +236,7 @@ impl Axle {
     }
 
     /// Sets the present position to `position`, and counts as homed.
-    fn found_home(&mut self, position: Turns) {
+    pub(super) fn found_home(&mut self, position: Turns) {
         self.encoder.set_position(position);
         // These are positions from before homing.
         self.end_stops.clear();
