@@ -278,8 +278,8 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         axle.report(core::mem::take(&mut self.objects.heard.found));
         self.objects.renew_targets();
         let shaft = motor.shaft_sensor();
-        self.control.axle().locate(&shaft);
-        self.objects.publish_shaft(&shaft);
+        self.control.axle().locate(shaft);
+        self.objects.publish_shaft(shaft);
         let readings = motor.readings();
         let mut inputs = self.objects.inputs(&readings, now_us);
         let restart = self.core.restarts() && self.leave(&mut inputs);

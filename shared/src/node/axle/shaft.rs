@@ -51,7 +51,7 @@ impl Shaft {
 
     /// Takes the newest reading, while the encoder is at this position. Returns the position of the
     /// shaft, when it is certain.
-    fn take(&mut self, reading: &Reading, encoder: Turns, stands: bool) -> Option<Turns> {
+    fn take(&mut self, reading: Reading, encoder: Turns, stands: bool) -> Option<Turns> {
         if reading.condition != Condition::Running || !stands {
             self.agreed = 0;
             self.number = reading.number;
@@ -82,7 +82,7 @@ impl Shaft {
 impl Axle {
     /// Takes the newest reading of the shaft sensor, before a tick. An axle without power that is
     /// not homed gets its position by it.
-    pub fn locate(&mut self, reading: &Reading) {
+    pub fn locate(&mut self, reading: Reading) {
         let rests = !self.powered() && !self.commutation.aligns() && !self.homed;
         let (encoder, stands) = (self.position(), self.velocity().abs() < STANDING);
         let Some(shaft) = self.shaft.as_mut().filter(|_| rests) else {

@@ -4,7 +4,6 @@ use super::bounds::{Bounds, Ramp, reared, scale};
 use super::{Margins, Verdict};
 use crate::math::{max, min};
 use crate::stability::allowed::Command;
-use crate::stability::energy::Tipping;
 use crate::stability::support::{EDGES, Edge};
 
 /// Speed at which half of a margin's rate is attributed to the command, m/s. Below this speed, most
@@ -176,6 +175,7 @@ fn passable(
 mod tests {
     use super::super::examples::{BOUNDS, STILL, standing};
     use super::*;
+    use crate::stability::energy::Tipping;
 
     fn along(forward: f32) -> Command<()> {
         Command::new(forward, 0.0)
