@@ -174,6 +174,7 @@ fn a_belt_feels_a_corner_from_below_and_not_one_that_came_in_from_the_side() {
     assert!(below[200] > 2e-3, "{}", below[200]);
     // From the side it is at its place at once. It is felt again after it has left the loop.
     let mut inside = Inside::default();
+    assert_eq!(lengthened(&mut inside, steps(-200, -199)), [0.0; 2]);
     assert_eq!(lengthened(&mut inside, steps(0, 10)), [0.0; 11]);
     assert_eq!(lengthened(&mut inside, steps(-200, 0).rev()), [0.0; 201]);
     assert_eq!(lengthened(&mut inside, steps(-200, 0)), below);

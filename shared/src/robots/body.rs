@@ -143,9 +143,6 @@ pub trait Body: Sized {
     /// Upper bound of the square of the robot's radius of gyration about a horizontal axis, m^2.
     const GYRATION: f32;
 
-    /// Whether the robot drives on tracks, so that its bottom can rest on a nose.
-    const TRACKED: bool = false;
-
     /// Creates the robot of these settings.
     ///
     /// # Errors
@@ -306,6 +303,5 @@ pub fn balance_parameters<B: Body>(settings: &Settings) -> Parameters {
     parameters.gyration = B::GYRATION;
     parameters.step_behind = B::step_behind(settings);
     parameters.half_width = B::half_width(settings);
-    parameters.tracked = B::TRACKED;
     parameters
 }

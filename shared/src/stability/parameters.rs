@@ -80,8 +80,6 @@ pub struct Parameters {
     pub step_behind: StepBehind,
     /// Distance of the robot's driving sides from its middle, m; its body provides it.
     pub half_width: f32,
-    /// Whether the robot drives on tracks; its body provides it.
-    pub tracked: bool,
     /// Whether backing off is allowed.
     pub back_off: bool,
     /// Uncertainty of the robot's masses and of its attitude.
@@ -208,7 +206,6 @@ impl Parameters {
             gyration: 0.0,
             step_behind: StepBehind::NONE,
             half_width: 0.0,
-            tracked: false,
             back_off: settings.get(Setting::BackOff) == 1,
             uncertainty: Uncertainty {
                 cog: settings.si(Setting::CogUncertainty),
@@ -220,8 +217,9 @@ impl Parameters {
         }
     }
 
-    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that.
-    pub fn bounds(&self, horizon: f32, tipping: [Tipping; 4]) -> Bounds {
+    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that and stops
+    /// with the deceleration `braking`, m/s^2.
+    pub fn bounds(&self, horizon: f32, braking: f32, tipping: [Tipping; 4]) -> Bounds {
         let ramp = |none, all| Ramp { none, all };
         Bounds {
             towards: ramp(self.stop, self.caution),
@@ -230,7 +228,9 @@ impl Parameters {
             foresight: self.horizon,
             tipping,
             half_width: self.half_width,
-            tracked: self.tracked,
+            fastest: self.speed,
+            braking,
+            noses: self.step_behind.height > 0.0,
         }
     }
 
@@ -316,7 +316,7 @@ mod tests {
 
     #[test]
     fn the_bounds_of_the_filter_are_those_of_the_settings() {
-        let bounds = parameters().bounds(0.4, [Tipping::default(); 4]);
+        let bounds = parameters().bounds(0.4, 1.5, [Tipping::default(); 4]);
         let expected = [0.05, 0.09, 0.01, 0.05, 0.4, 0.15];
         let (towards, away) = (bounds.towards, bounds.away);
         let found = [

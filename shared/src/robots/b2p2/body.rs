@@ -253,7 +253,6 @@ impl Body for B2p2 {
     // Straight and without payload, from the paper's inertias. With the front folded or a payload
     // it is 0.04 m^2.
     const GYRATION: f32 = 0.053;
-    const TRACKED: bool = true;
 
     fn new(settings: &Settings) -> Result<Self, GeometryError> {
         let geometry = Geometry::from_micrometres(

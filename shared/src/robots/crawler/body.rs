@@ -46,7 +46,6 @@ impl Body for Crawler {
     const ODOMETRY: &'static [usize] = &[0, 1];
     // A box of 0.20 by 0.19 by 0.08 m (5 kg), and 2.5 kg 0.21 m above its centre of gravity.
     const GYRATION: f32 = 0.014;
-    const TRACKED: bool = true;
 
     fn new(settings: &Settings) -> Result<Self, ParametersError> {
         let si = |setting| settings.si_f64(setting);

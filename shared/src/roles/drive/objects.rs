@@ -275,7 +275,7 @@ impl<S: Store> Objects<S> {
     }
 
     /// Writes what is known of the sensor at the output shaft.
-    pub fn publish_shaft(mut self, reading: Reading) {
+    pub fn publish_shaft(&mut self, reading: Reading) {
         let values = &mut self.values;
         values.set(objects::OBJECT206A, reading.condition as u8);
         values.set(objects::OBJECT206B, reading.errors);

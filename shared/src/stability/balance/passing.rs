@@ -52,7 +52,7 @@ impl Balance {
             parameters.uncertainty.deduction(),
             parameters.gyration,
         );
-        let mut bounds = parameters.bounds(horizon, tipping);
+        let mut bounds = parameters.bounds(horizon, brake, tipping);
         if backs_off {
             // The trip itself watches the edge from which the robot backs off.
             bounds.away = Ramp {
@@ -81,7 +81,8 @@ impl Balance {
             forward => (forward * forward_scale, Edge::Front),
         };
         let limited = filter::within_limit(driven, forward, most);
-        let (speed_scale, drive) = self.recovery.limit(limited, forward, self.period);
+        let rise = parameters.speed * self.period;
+        let (speed_scale, drive) = self.recovery.limit(limited, forward, self.speed, rise);
         // The command may lead away from an edge to which the robot still drives.
         let present = Command::new(self.speed, command.yaw_rate);
         let (present_scale, _) = filter::speed_scale(present, pitch, &self.margins, &bounds);

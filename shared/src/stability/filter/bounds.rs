@@ -1,7 +1,7 @@
 //! Defines the margins between which a command is scaled down, and how the robot turns about the
 //! edges.
 
-use crate::math::{clamp, max, min, root_of_sum, sin_cos};
+use crate::math::{clamp, min, root_of_sum, sin_cos};
 use crate::stability::allowed::Command;
 use crate::stability::energy::Tipping;
 use crate::stability::support::Edge;
@@ -46,8 +46,12 @@ pub struct Bounds {
     /// Distance of the driving sides from the middle, m, for a robot that turns by the difference
     /// of their speeds.
     pub half_width: f32,
-    /// Whether the robot drives on tracks, so that its bottom can rest on a nose.
-    pub tracked: bool,
+    /// Largest speed of a side, m/s.
+    pub fastest: f32,
+    /// Deceleration of the guard's stop, m/s^2.
+    pub braking: f32,
+    /// Whether the bottom of the robot can rest on the nose of a step.
+    pub noses: bool,
 }
 
 /// Speed, m/s, and pitch nose up, rad, from which the outer side of a turning robot fully counts as
@@ -62,15 +66,27 @@ impl Bounds {
         scale(self.outer(command) / LIFTING_SPEED) * scale(pitch / LIFTING_PITCH)
     }
 
-    /// Speed at which a command can push the rear of a tracked robot under the robot, while its
-    /// bottom rests on the nose of a step, m/s: that of the faster side, pitched up.
-    pub(super) fn pushes(&self, command: Command<()>, pitch: f32) -> f32 {
-        // The comparison is false for NaN.
-        if self.tracked && pitch > 0.0 {
-            max(self.outer(command), 0.0)
+    /// Returns the nose on which the bottom of a robot at this `pitch` may rest while `command`
+    /// pushes its rear; `None` if there is none, or if nothing pushes.
+    pub(super) fn nose(&self, command: Command<()>, pitch: f32) -> Option<Nose> {
+        let (sine, cosine, fading) = if pitch.is_finite() {
+            let (sine, cosine) = sin_cos(Angle::from_radians(pitch));
+            (sine, cosine, scale(pitch / LIFTING_PITCH))
         } else {
-            0.0
+            (f32::NAN, f32::NAN, 1.0)
+        };
+        let speed = min(self.outer(command), self.fastest) * fading;
+        // Both comparisons are false for NaN.
+        if !self.noses || speed <= 0.0 || pitch <= 0.0 {
+            return None;
         }
+        Some(Nose {
+            sine,
+            cosine,
+            speed,
+            latency: self.foresight,
+            braking: self.braking,
+        })
     }
 
     /// Speed of the side that drives forward faster, m/s.
@@ -79,25 +95,50 @@ impl Bounds {
     }
 }
 
-/// Margin of the rear edge after the rear was pushed by `way` (m) under a robot that rests on the
-/// nose of a step, m. `margin`, `height` (m) and `pitch` (0 to pi / 2 rad) are those before.
+/// Nose of a step below the centre of gravity of a robot that is pitched up. The tracks push the
+/// rear under the robot.
 ///
-/// The nose is not behind the centre of gravity, or the robot would tip forward; closer is worse,
-/// so it is below it. It stays where it is, at `margin tan(pitch)` above the rear. So the robot
-/// turns until the sine of this angle is `way sin(pitch)` over the new distance from the rear to the
-/// nose. If the way is the whole margin, the robot stands upright. NaN for NaN.
-pub(super) fn reared(margin: f32, height: f32, pitch: f32, way: f32) -> f32 {
-    // The comparison is false for NaN.
-    if margin <= 0.0 {
-        return margin;
+/// The nose is not behind the centre of gravity, or the robot would tip forward. It is `margin` in
+/// front of the rear edge, and `margin tan(pitch)` above it, and stays there.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nose {
+    sine: f32,
+    cosine: f32,
+    /// Speed at which the whole command pushes the rear, m/s.
+    speed: f32,
+    /// Time until the guard's stop begins, s.
+    latency: f32,
+    braking: f32,
+}
+
+impl Nose {
+    /// Margin of the rear edge after the robot has stopped from `scale` times the command, m.
+    /// `margin` and `height` (m) are those before. NaN for NaN.
+    pub fn left(&self, margin: f32, height: f32, scale: f32) -> f32 {
+        let speed = scale * self.speed;
+        self.reared(
+            margin,
+            height,
+            speed * (self.latency + 0.5 * speed / self.braking),
+        )
     }
-    let (sine, cosine) = sin_cos(Angle::from_radians(pitch));
-    let way = min(way, margin);
-    // All lengths times the cosine, which may be zero.
-    let [ahead, up] = [(margin - way) * cosine, margin * sine];
-    let over = 1.0 / root_of_sum(ahead * ahead + up * up + SMALLEST);
-    let [across, along] = [way * sine * cosine, ahead * cosine + up * sine];
-    (margin * along - height * across) * over
+
+    /// Margin of the rear edge after the rear was pushed by `way`, m. The robot turns by the angle
+    /// whose sine is `way sin(pitch)` over the distance from the rear to the nose. If the way is the
+    /// whole margin, it stands upright.
+    fn reared(&self, margin: f32, height: f32, way: f32) -> f32 {
+        // The comparison is false for NaN.
+        if margin <= 0.0 {
+            return margin;
+        }
+        let way = if way > margin { margin } else { way };
+        // All lengths times the cosine, which may be zero.
+        let [ahead, up] = [(margin - way) * self.cosine, margin * self.sine];
+        let over = 1.0 / root_of_sum(ahead * ahead + up * up + SMALLEST);
+        let across = way * self.sine * self.cosine;
+        let along = ahead * self.cosine + up * self.sine;
+        (margin * along - height * across) * over
+    }
 }
 
 /// Keeps a division away from zero, m^2.

@@ -22,7 +22,9 @@ pub const BOUNDS: Bounds = Bounds {
     foresight: 0.15,
     tipping: [STILL; 4],
     half_width: 0.15,
-    tracked: false,
+    fastest: 0.45,
+    braking: 1.5,
+    noses: false,
 };
 
 pub fn standing(back: f32) -> Margins {

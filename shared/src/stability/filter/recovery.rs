@@ -1,109 +1,128 @@
-//! Limits how fast the scale of a speed grows after the filter has lowered it.
+//! Limits how fast a speed grows after the filter has scaled it down.
 //!
-//! A robot that brakes rocks. As it rocks back, its margin widens and a larger scale would pass, and
+//! A robot that brakes rocks. As it rocks back, its margin widens and a larger speed would pass, and
 //! it would speed up and brake again in time with the rocking, each time with a larger swing.
 
-use super::Verdict;
+use super::super::support::Edge;
+use super::{Verdict, within_limit};
 
-/// Time in which the scale of a speed grows from 0 to 1, s: longer than a period of the rocking,
-/// which is some 0.4 s in the crawler's simulation.
-const RECOVERY_TIME: f32 = 1.0;
-
-/// Scale of the speed that passed at the last evaluation.
+/// Largest speeds that pass.
 #[derive(Clone, Copy, Debug)]
 pub struct Recovery {
-    scale: f32,
-    verdict: Verdict,
-    forward: f32,
+    /// Backward and forward, m/s.
+    most: [f32; 2],
+    /// Edge that the last restriction protects.
+    edge: Edge,
 }
 
 impl Default for Recovery {
     fn default() -> Self {
         Self {
-            scale: 1.0,
-            verdict: Verdict::Passed,
-            forward: 0.0,
+            most: [f32::INFINITY; 2],
+            edge: Edge::Back,
         }
     }
 }
 
 impl Recovery {
-    /// Limits the scale of the commanded speed `forward` (m/s), `period` s after the last call. A
-    /// command in another direction begins anew, since it may lead out of danger.
+    /// Limits the scale of the commanded speed `forward`; `present` is the speed that is passed on
+    /// (m/s). Both directions recover by `rise` (m/s) in each call, whatever is commanded.
+    ///
+    /// A restriction that is over before the robot has slowed down limits nothing.
     pub fn limit(
         &mut self,
         (scale, verdict): (f32, Verdict),
         forward: f32,
-        period: f32,
+        present: f32,
+        rise: f32,
     ) -> (f32, Verdict) {
-        let direction = |speed: f32| (speed > 0.0, speed < 0.0);
-        let most = if direction(forward) == direction(self.forward) {
-            self.scale + period / RECOVERY_TIME
-        } else {
-            1.0
-        };
-        if scale > most {
-            self.scale = most;
-            if let Verdict::Refused(edge) = self.verdict {
-                self.verdict = Verdict::Scaled(edge);
-            }
-        } else {
-            (self.scale, self.verdict) = (scale, verdict);
+        self.most = self.most.map(|most| most + rise);
+        if forward == 0.0 {
+            return (scale, verdict);
         }
-        self.forward = forward;
-        (self.scale, self.verdict)
+        let most = &mut self.most[usize::from(forward > 0.0)];
+        if let Verdict::Scaled(edge) | Verdict::Refused(edge) = verdict {
+            let driven = if forward > 0.0 { present } else { -present };
+            let passes = scale * forward.abs();
+            let passes = if driven > passes { driven } else { passes };
+            *most = if passes < *most { passes } else { *most };
+            self.edge = edge;
+        }
+        within_limit((scale, verdict), forward, (*most, self.edge))
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::super::support::Edge;
     use super::*;
 
-    const PERIOD: f32 = 4e-3;
+    const RISE: f32 = 2e-3;
     const PASSED: (f32, Verdict) = (1.0, Verdict::Passed);
+    const REFUSED: (f32, Verdict) = (0.0, Verdict::Refused(Edge::Front));
+
+    /// Speed that passes of a command.
+    fn passes(recovery: &mut Recovery, found: (f32, Verdict), forward: f32, present: f32) -> f32 {
+        forward * recovery.limit(found, forward, present, RISE).0
+    }
 
     #[test]
-    fn a_scale_falls_at_once_and_grows_in_a_second() {
+    fn a_speed_falls_at_once_and_grows_slowly() {
         let mut recovery = Recovery::default();
-        assert_eq!(recovery.limit(PASSED, 0.4, PERIOD), PASSED);
-        let refused = (0.0, Verdict::Refused(Edge::Front));
-        assert_eq!(recovery.limit(refused, 0.4, PERIOD), refused);
-        let mut before = 0.0;
-        for _ in 0..249 {
-            let (scale, verdict) = recovery.limit(PASSED, 0.4, PERIOD);
+        assert_eq!(passes(&mut recovery, PASSED, 0.4, 0.0), 0.4);
+        assert_eq!(passes(&mut recovery, REFUSED, 0.4, 0.0), 0.0);
+        for step in 1..200 {
+            let (scale, verdict) = recovery.limit(PASSED, 0.4, 0.1, RISE);
+            assert!((0.4 * scale - RISE * step as f32).abs() < 1e-5, "{step}");
             assert_eq!(verdict, Verdict::Scaled(Edge::Front));
-            assert!(scale > before && scale < before + 1.01 * PERIOD, "{scale}");
-            before = scale;
         }
-        assert!(before > 0.99);
-        recovery.limit(PASSED, 0.4, PERIOD);
-        assert_eq!(recovery.limit(PASSED, 0.4, PERIOD), PASSED);
+        passes(&mut recovery, PASSED, 0.4, 0.4);
+        assert_eq!(passes(&mut recovery, PASSED, 0.4, 0.4), 0.4);
     }
 
     #[test]
-    fn another_direction_begins_anew() {
-        let refused = (0.0, Verdict::Refused(Edge::Front));
-        for [before, after] in [[0.4, -0.4], [-0.4, 0.4], [0.4, 0.0], [0.0, 0.4]] {
+    fn an_operator_cannot_hurry_it() {
+        for other in [0.0, -0.4] {
             let mut recovery = Recovery::default();
-            recovery.limit(refused, before, PERIOD);
-            assert_eq!(recovery.limit(PASSED, after, PERIOD), PASSED);
-        }
-    }
-
-    #[test]
-    fn a_scale_that_rocks_passes_as_its_smallest_values_do() {
-        let mut recovery = Recovery::default();
-        let mut most = 0.0_f32;
-        for step in 0..2_500 {
-            let rocking = 0.3 * libm::sinf(step as f32 * PERIOD * 20.0);
-            let scale = if rocking > 0.0 { rocking } else { 0.0 };
-            let verdict = Verdict::Scaled(Edge::Front);
-            let (passed, _) = recovery.limit((scale, verdict), 0.4, PERIOD);
-            if step > 250 {
-                most = most.max(passed);
+            passes(&mut recovery, REFUSED, 0.4, 0.0);
+            for step in 1..100 {
+                passes(&mut recovery, PASSED, other, 0.0);
+                let most = 2.0 * RISE * step as f32;
+                assert!((passes(&mut recovery, PASSED, 0.4, 0.0) - most).abs() < 1e-4);
             }
         }
-        assert!(most < 0.15, "{most}");
+    }
+
+    #[test]
+    fn less_than_what_passes_and_the_other_direction_pass_whole() {
+        let mut recovery = Recovery::default();
+        let half = (0.5, Verdict::Scaled(Edge::Front));
+        assert_eq!(passes(&mut recovery, half, 0.4, 0.0), 0.2);
+        assert_eq!(passes(&mut recovery, PASSED, 0.2, 0.2), 0.2);
+        assert_eq!(passes(&mut recovery, PASSED, -0.4, 0.2), -0.4);
+    }
+
+    #[test]
+    fn a_restriction_of_one_moment_limits_the_present_speed() {
+        let mut recovery = Recovery::default();
+        passes(&mut recovery, REFUSED, 0.4, 0.39);
+        assert!((passes(&mut recovery, PASSED, 0.4, 0.385) - 0.392).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_speed_that_rocks_passes_as_its_smallest_values_do() {
+        let mut recovery = Recovery::default();
+        let (mut most, mut present) = (0.0_f32, 0.0_f32);
+        for step in 0..2_500 {
+            let rocking = 0.5 * libm::sinf(step as f32 * 0.08);
+            let scale = if rocking > 0.0 { rocking } else { 0.0 };
+            let found = (scale, Verdict::Scaled(Edge::Front));
+            // It brakes and speeds up with 3 m/s^2, in steps of 4 ms.
+            let passed = passes(&mut recovery, found, 0.4, present);
+            present += (passed - present).clamp(-0.012, 0.012);
+            if step > 250 {
+                most = most.max(present);
+            }
+        }
+        assert!(most < 0.1, "{most}");
     }
 }

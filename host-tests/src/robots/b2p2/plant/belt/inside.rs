@@ -15,8 +15,8 @@ const FROM_THE_SIDE: f64 = 1e-3;
 /// Corners inside the loop of a belt that it does not feel.
 #[derive(Clone, Debug, Default)]
 pub struct Inside {
-    /// Edges that the belt bent around in the last step.
-    bent: Vec<usize>,
+    /// Edges that the belt bent around in the last step; `None` before the first one.
+    bent: Option<Vec<usize>>,
     inside: Vec<usize>,
 }
 
@@ -29,22 +29,28 @@ impl Inside {
             let felt: Vec<Corner> = corners.iter().filter(felt).copied().collect();
             Path::around(pulleys, &felt, guided)
         };
-        let all = Path::around(pulleys, corners, guided);
-        let bends: Vec<usize> = all.corners().map(|corner| corner.edge).collect();
-        self.inside.retain(|edge| bends.contains(edge));
-        for edge in bends {
-            let known = self.bent.contains(&edge) || self.inside.contains(&edge);
-            let grown = || all.length(pulleys.radius) - without(&[edge]).length(pulleys.radius);
-            if !known && grown() > FROM_THE_SIDE {
-                self.inside.push(edge);
-            }
+        let bends = |path: &Path| path.corners().map(|corner| corner.edge).collect::<Vec<_>>();
+        let mut path = without(&[]);
+        let pressed = bends(&path);
+        self.inside.retain(|edge| pressed.contains(edge));
+        // A corner that is left out may have hidden another one.
+        loop {
+            path = if self.inside.is_empty() {
+                path
+            } else {
+                without(&self.inside)
+            };
+            let new = bends(&path).into_iter().find(|edge| {
+                let known = |bent: &Vec<usize>| bent.contains(edge);
+                let left_out: Vec<usize> = self.inside.iter().chain([edge]).copied().collect();
+                let grown =
+                    || path.length(pulleys.radius) - without(&left_out).length(pulleys.radius);
+                !self.bent.as_ref().is_none_or(known) && grown() > FROM_THE_SIDE
+            });
+            let Some(edge) = new else { break };
+            self.inside.push(edge);
         }
-        let path = if self.inside.is_empty() {
-            all
-        } else {
-            without(&self.inside)
-        };
-        self.bent = path.corners().map(|corner| corner.edge).collect();
+        self.bent = Some(bends(&path));
         path
     }
 }
