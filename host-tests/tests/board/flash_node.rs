@@ -242,7 +242,7 @@ fn the_last_faults_of_the_board_are_printed_in_words() {
             .0
             .chunks(4)
             .zip((0x2000_0000_u32..).step_by(16));
-        let text: String = lines
+        let text: Vec<String> = lines
             .map(|(words, address)| {
                 let start = if behind_addresses {
                     format!("{address:08x}: ")
@@ -256,7 +256,7 @@ fn the_last_faults_of_the_board_are_printed_in_words() {
                 format!("{start}{}\n", words.join(" "))
             })
             .collect();
-        fs::write(&memory, text).expect("a file");
+        fs::write(&memory, text.concat()).expect("a file");
         flash_node(&["axle", "--faults"], Some(&folder))
     };
     let ram = ram_after_faults();

@@ -19,7 +19,7 @@ const BUS_STUCK: u32 = 3;
 const NO_MAGNET: u32 = 7;
 /// Time in which the position is found, us: the start, and nine readings.
 const FOUND_US: u64 = 45_000 + 90_000 + 20_000;
-/// Units of the position in a turn: *position_bits* is 16.
+/// Units of the position in a turn: `position_bits` is 16.
 const TURN: i32 = 1 << 16;
 
 /// An axle with this sensor and these settings beside it, before its start.

@@ -272,7 +272,7 @@ proptest! {
                 for wire in [&mut written, &mut started] {
                     command(wire, Some(goal), 1);
                 }
-                let [a, b] = [&written, &started].map(|wire| wire.outputs());
+                let [a, b] = [&written, &started].map(super::wire::Wire::outputs);
                 prop_assert_eq!(a.bridge, b.bridge, "{} {:?}", tick, goal);
                 prop_assert_eq!(a.faults, b.faults);
                 moved = moved.max(a.velocity.abs());

@@ -156,12 +156,24 @@ proptest! {
         ramps in [ramp(), ramp()],
         [horizon, foresight, half_width] in [any_f32(), any_f32(), any_f32()],
         [height, arm, turns, gyration] in [any_f32(), any_f32(), any_f32(), any_f32()],
+        [fastest, braking] in [any_f32(), any_f32()],
+        noses in any::<bool>(),
     ) {
         let [forward, yaw_rate, speed, pitch] = speeds;
         let margins = Margins { now, rate, speed };
         let [towards, away] = ramps;
         let tipping = [Tipping { height, arm, rate: turns, gyration }; 4];
-        let bounds = Bounds { towards, away, horizon, foresight, tipping, half_width };
+        let bounds = Bounds {
+            towards,
+            away,
+            horizon,
+            foresight,
+            tipping,
+            half_width,
+            fastest,
+            braking,
+            noses,
+        };
         let driven = speed_scale(Command::new(forward, yaw_rate), pitch, &margins, &bounds);
         for (speed_scale, _) in [driven, posture(pitch, &margins, ahead, &bounds)] {
             prop_assert!((0.0..=1.0).contains(&speed_scale), "{}", speed_scale);
@@ -233,7 +245,7 @@ proptest! {
                 let tracked = tracker.update(stance, &found, &found.gravity, *forward, *period);
                 rotation.update(stance, attitude.level(usable.angular_rate), *period);
                 let tipping = rotation.tipping(stance, &found, 0.0, 0.05);
-                let bounds = parameters.bounds(0.3, tipping);
+                let bounds = parameters.bounds(0.3, 1.5, tipping);
                 let (speed_scale, _) =
                     speed_scale(admitted, attitude.pitch().radians(), &tracked, &bounds);
                 prop_assert!(within(admitted.forward * speed_scale, asked.forward), "{:?} {}", admitted, speed_scale);

@@ -34,7 +34,8 @@ pub(super) fn of_board(chip: &str, ram_words: usize) -> Result<String, String> {
 
 /// Finds the log in RAM. The stack, which may hold an older copy, is above the log.
 fn find(ram: &[u32]) -> Option<FaultLog> {
-    ram.array_windows::<WORDS>()
+    ram.windows(WORDS)
+        .filter_map(|words| words.first_chunk::<WORDS>())
         .map(|words| (words, FaultLog::new(words, 0)))
         .find_map(|(words, log)| (log.to_words() == *words).then_some(log))
 }

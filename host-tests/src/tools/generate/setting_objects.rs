@@ -29,7 +29,9 @@ pub fn write(text: &mut String) {
         entry(text, "PDOMapping", 0);
         if row.effect != Effect::Restart {
             // A comment: an entry for it is not in CiA 306.
-            *text += &format!("; takes effect in a drive {}\n", effect(row.effect));
+            *text += "; takes effect in a drive ";
+            *text += effect(row.effect);
+            *text += "\n";
         }
     }
 }

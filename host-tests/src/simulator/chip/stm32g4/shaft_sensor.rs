@@ -21,6 +21,7 @@ pub enum ShaftChip {
 
 /// A sensor, and what is wrong with it.
 #[derive(Clone, Debug)]
+#[allow(clippy::struct_excessive_bools)] // independent levels and defects, not states
 pub struct ShaftSensor {
     chip: ShaftChip,
     /// Angle as the chip's registers have it.

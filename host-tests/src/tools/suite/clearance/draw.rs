@@ -121,7 +121,7 @@ pub fn draw(
     drawn.friction = obstacle.friction;
     drawn.robot = Robot::nominal(1.0);
     drawn.robot.b2p2_mut().payload = payload;
-    let arches = failure.as_ref().is_some_and(|it| it.arches());
+    let arches = failure.as_ref().is_some_and(Failure::arches);
     if arches {
         // The robot of `curb-30-cm.toml`.
         obstacle.k_m = 1.5;

@@ -90,6 +90,18 @@ const STILL_S: f64 = 4.0;
 /// Speed of a robot that stands still, m/s.
 const STILL_MPS: f64 = 0.005;
 
+/// Returns how a run ended, from its last sample.
+fn ending(last: &Sample, end_m: f64, duration_s: f64) -> Ending {
+    match last.received.clearance {
+        _ if last.truth.toppled => Ending::Toppled,
+        _ if behind(last, end_m) => Ending::Cleared,
+        "given up" => Ending::GivenUp,
+        "held" => Ending::Held,
+        _ if last.time_s < duration_s - 0.1 => Ending::Stopped,
+        _ => Ending::Unfinished,
+    }
+}
+
 /// Runs one scenario, in which this fails.
 ///
 /// # Errors
@@ -171,14 +183,7 @@ pub fn clear(
     let last = samples.last();
     let time_s = last.map_or(0.0, |sample| sample.time_s);
     let ending = last.map_or(Ending::Unfinished, |sample| {
-        match sample.received.clearance {
-            _ if sample.truth.toppled => Ending::Toppled,
-            _ if behind(sample, end_m) => Ending::Cleared,
-            "given up" => Ending::GivenUp,
-            "held" => Ending::Held,
-            _ if time_s < scenario.duration_s - 0.1 => Ending::Stopped,
-            _ => Ending::Unfinished,
-        }
+        ending(sample, end_m, scenario.duration_s)
     });
     if let (Some(failed), Ok(mut began)) = (&mut failed, began.lock()) {
         failed.fault = began.take().filter(|fault| fault.at_s < time_s);
