@@ -80,11 +80,12 @@ impl Client {
         self.write(object(setting), 0, value.to_le_bytes())
     }
 
-    /// Leads the drive up to "operation enabled", with a guard's heartbeat.
+    /// Resets a fault, as of a heartbeat that ended, and leads the drive up to "operation enabled",
+    /// with a guard's heartbeat.
     fn arm(&mut self) {
         self.send(&[Frame::new(0x000, &[1, 0]).expect("a frame")]);
-        for step in 0..150 {
-            let control = [0x06, 0x07, 0x0f][(step / 40).min(2)];
+        for step in 0..190 {
+            let control = [0x80, 0x06, 0x07, 0x0f][(step / 40).min(3)];
             let data = [control, 0, 9, 0, 0, 0, 0];
             let set_point = Frame::new(0x300 + NODE, &data).expect("a frame");
             let heartbeat = Frame::new(0x701, &[5]).expect("a frame");
