@@ -217,8 +217,8 @@ impl Parameters {
         }
     }
 
-    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that and stops
-    /// with the deceleration `braking`, m/s^2.
+    /// Bounds of the filter that looks `horizon` s ahead, for a robot that turns like that and
+    /// stops with the deceleration `braking`, m/s^2.
     pub fn bounds(&self, horizon: f32, braking: f32, tipping: [Tipping; 4]) -> Bounds {
         let ramp = |none, all| Ramp { none, all };
         Bounds {
@@ -318,6 +318,11 @@ mod tests {
     fn the_bounds_of_the_filter_are_those_of_the_settings() {
         let bounds = parameters().bounds(0.4, 1.5, [Tipping::default(); 4]);
         let expected = [0.05, 0.09, 0.01, 0.05, 0.4, 0.15];
+        assert_eq!((bounds.braking, bounds.fastest), (1.5, parameters().speed));
+        assert!(!bounds.noses, "no step");
+        let mut on_steps = parameters();
+        on_steps.step_behind.height = 0.15;
+        assert!(on_steps.bounds(0.4, 1.5, [Tipping::default(); 4]).noses);
         let (towards, away) = (bounds.towards, bounds.away);
         let found = [
             towards.none,

@@ -124,8 +124,8 @@ impl Nose {
     }
 
     /// Margin of the rear edge after the rear was pushed by `way`, m. The robot turns by the angle
-    /// whose sine is `way sin(pitch)` over the distance from the rear to the nose. If the way is the
-    /// whole margin, it stands upright.
+    /// whose sine is `way sin(pitch)` over the distance from the rear to the nose. If the way is
+    /// the whole margin, it stands upright.
     fn reared(&self, margin: f32, height: f32, way: f32) -> f32 {
         // The comparison is false for NaN.
         if margin <= 0.0 {

@@ -19,8 +19,12 @@
 //! the stop margin to the trip margin, and it stops if the margin would decay to the trip margin
 //! within the horizon. So the robot has little momentum if a track slips or the ground ends.
 //!
+//! A robot that is pitched up may rest on the nose of a step. The margin that a push of its rear
+//! towards this nose would leave must not be below `m_stop` ([`Bounds::noses`]).
+//!
 //! [`speed_scale`] computes the scale of a speed, [`posture`] that of a change of shape, within
-//! [`Bounds`]. [`super::allowed::Allowed::ramp`] applies it to the operator's speed.
+//! [`Bounds`]. [`Recovery`] limits how fast a speed grows after a restriction.
+//! [`super::allowed::Allowed::ramp`] applies it to the operator's speed.
 
 mod bounds;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Limits how fast a speed grows after the filter has scaled it down.
 //!
-//! A robot that brakes rocks. As it rocks back, its margin widens and a larger speed would pass, and
-//! it would speed up and brake again in time with the rocking, each time with a larger swing.
+//! A robot that brakes rocks. As it rocks back, its margin widens and a larger speed would pass,
+//! and it would speed up and brake again in time with the rocking, each time with a larger swing.
 
 use super::super::support::Edge;
 use super::{Verdict, within_limit};

@@ -1,9 +1,9 @@
 //! `cargo demo --suite clearance`: B2P2 clears drawn obstacles by itself.
 //!
 //! `draw` draws obstacles, `failure` what fails in the middle of a phase. `model` says by statics
-//! which obstacles the robot can clear, `row` runs one, `table` writes the tables, [`grid`] compares
-//! statics and simulation over riser and run, `shards` splits a suite into parts and merges their
-//! results.
+//! which obstacles the robot can clear, `row` runs one, `table` writes the tables, [`grid`]
+//! compares statics and simulation over riser and run, `shards` splits a suite into parts and
+//! merges their results.
 
 pub mod draw;
 pub mod failure;

@@ -101,6 +101,7 @@ mod tests {
             assert!(bad.parse::<Shard>().is_err(), "{bad}");
         }
     }
+
     #[test]
     fn shards_are_merged_by_seed_and_number_and_a_run_counts_once() {
         let folder = std::env::temp_dir().join(format!("tautrack-shards-{}", std::process::id()));

@@ -68,8 +68,8 @@ const LEAST_PART: f32 = -0.3;
 const HANGS: f32 = 0.2;
 
 /// Returns the part of the speed, and the yaw rate, rad/s, that turn a robot downhill: if it heads
-/// to the left of the steepest descent by a small angle, its left side is up by this angle times the
-/// sine of the slope.
+/// to the left of the steepest descent by a small angle, its left side is up by this angle times
+/// the sine of the slope.
 ///
 /// A robot that leaves the last edge with one track first falls to this side, until the other track
 /// has left it, too. So it turns before. If it hangs, it drives on.

@@ -3,7 +3,7 @@
 //! An edge of the ground ends at the side of its block. If this end comes in under a free span from
 //! the side, it is deep inside the loop from the first step on. In reality it slips along the flank
 //! of the belt, and the guide plates stop it. A belt that pressed on it would throw the robot up
-//! with energy that nothing gave it.
+//! with energy that no motor supplies.
 
 use super::path::{Corner, Path, Pulleys};
 
