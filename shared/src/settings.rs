@@ -532,9 +532,7 @@ pub fn bounds_of_row(index: usize) -> Option<Bounds> {
 impl Setting {
     /// Returns the setting with this key.
     pub fn from_key(key: u16) -> Option<Self> {
-        ALL.iter()
-            .copied()
-            .find(|setting| setting.bounds().key == key)
+        ALL.get(PACKED.row_of(key)?).copied()
     }
 
     /// Returns the setting with this name.

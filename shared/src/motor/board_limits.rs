@@ -51,7 +51,8 @@ pub fn set_defaults(limits: &[Limit], settings: &mut Settings) {
 pub fn row(limits: &[Limit], index: usize) -> Option<Bounds> {
     let row = bounds_of_row(index)?;
     let mut limits = limits.iter();
-    let limit = limits.find(|limit| limit.setting.bounds().key == row.key);
+    // A load and a save ask for every row. The keys of the limits would have to be unpacked.
+    let limit = limits.find(|limit| limit.setting as usize == index);
     Some(Bounds {
         default: limit.map_or(row.default, |limit| limit.default),
         ..row

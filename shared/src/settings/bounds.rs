@@ -111,6 +111,11 @@ impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
         }
     }
 
+    /// Returns the row with this key.
+    pub fn row_of(&self, key: u16) -> Option<usize> {
+        self.rows.iter().position(|row| u16::from(row.key) == key)
+    }
+
     /// Returns the index of the scale of a row's unit.
     pub fn scale(&self, row: usize) -> usize {
         (self.rows[row].scale_and_effect & ((1 << EFFECT) - 1)).into()
