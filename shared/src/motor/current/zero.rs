@@ -43,7 +43,15 @@ impl Converter {
         let distance = (sum - samples * self.stored) << FRACTION_BITS;
         let away = distance.checked_div(samples).unwrap_or(0);
         let step = bound << (FRACTION_BITS - 3);
-        self.mean += Bound::of_size(step).limit((away - self.mean) >> FILTER_BITS);
+        let difference = away - self.mean;
+        // Rounded away from 0. Otherwise the mean would stop below a constant value, and a code that
+        // is missing is a current of 2 mA that no demand explains.
+        let rounding = if difference > 0 {
+            (1 << FILTER_BITS) - 1
+        } else {
+            0
+        };
+        self.mean += Bound::of_size(step).limit((difference + rounding) >> FILTER_BITS);
         away.abs() > bound << FRACTION_BITS
     }
 
@@ -182,6 +190,15 @@ mod tests {
             assert!((bound - followed).abs() <= 1, "{followed} of {bound}");
         }
         assert!(!zero.is_wrong());
+    }
+
+    #[test]
+    fn a_constant_error_is_followed_to_the_code() {
+        let zero = ConverterZero::new(true, 0.1);
+        for error in -zero.bound..=zero.bound {
+            let followed = take(&mut zero.clone(), error, 60);
+            assert_eq!(followed, Some([STORED + error, STORED - error]));
+        }
     }
 
     #[test]
