@@ -107,10 +107,16 @@ fn command(arguments: &Arguments) -> Result<(), String> {
         probe::check()?;
         // Flashing overwrites the RAM.
         let (chip, ram) = arguments.role.chip();
-        print!("{}", faults::of_board(chip, ram / 4)?);
+        let log = faults::of_board(chip, ram / 4);
         if arguments.faults {
+            print!("{}", log?);
             return Ok(());
         }
+        // A chip that is protected or new gives no log, and is flashed nevertheless.
+        print!(
+            "{}",
+            log.unwrap_or_else(|why| format!("fault log: {why}\n"))
+        );
         if arguments.role != Role::Guard {
             option_bytes::look(arguments.set_option_bytes)?;
         }
