@@ -2,12 +2,13 @@
 //! sensor fails.
 
 use crate::chip::{Chip, ShaftChip};
-use crate::executed::{NODE, arm, read, with_pages};
+use crate::executed::{NODE, arm, read, with_pages, write};
 use crate::images::programs;
 use tautrack::bus::cia402::status::HOMED;
 use tautrack::settings::Setting;
 use tautrack_host_tests::programs::settings_pages::Pages;
 
+const CONTROLWORD: u16 = 0x6040;
 const STATUSWORD: u16 = 0x6041;
 const POSITION: u16 = 0x6064;
 const CONDITION: u16 = 0x206a;
@@ -134,12 +135,13 @@ fn angles_that_jump_do_not_count_until_eight_in_a_row_agree() {
 }
 
 #[test]
-fn a_sensor_that_fails_or_jumps_in_motion_leaves_the_position_to_the_encoder() {
+fn a_sensor_that_fails_in_motion_leaves_the_position_to_the_encoder() {
     let mut chip = axle(ShaftChip::As5600, 1_024, &[]);
     chip.run(FOUND_US);
     assert!(homed(&mut chip));
     arm(&mut chip);
-    chip.shaft_sensor(|sensor| sensor.angle = 3_000);
+    // 4 degrees.
+    chip.shaft_sensor(|sensor| sensor.angle = 1_069);
     chip.run(FOUND_US);
     chip.shaft_sensor(|sensor| sensor.powered = false);
     chip.run(FOUND_US);
@@ -147,6 +149,25 @@ fn a_sensor_that_fails_or_jumps_in_motion_leaves_the_position_to_the_encoder() {
     assert_eq!(read(&mut chip, 0x603f) & 0xffff, 0, "no fault");
     assert!(homed(&mut chip) && chip.is_live());
     assert!((position(&mut chip) - TURN / 4).abs() <= 1);
+}
+
+#[test]
+fn a_sensor_that_jumps_in_motion_is_a_fault_and_the_drive_holds() {
+    let mut chip = axle(ShaftChip::As5600, 1_024, &[]);
+    chip.run(FOUND_US);
+    arm(&mut chip);
+    chip.shaft_sensor(|sensor| sensor.angle = 3_000);
+    chip.run(FOUND_US);
+    assert_eq!(read(&mut chip, 0x603f) & 0xffff, 0x7306);
+    assert!(homed(&mut chip) && chip.is_live());
+    assert!((position(&mut chip) - TURN / 4).abs() <= 1);
+    // Without power, it is no fault any more once both agree.
+    chip.shaft_sensor(|sensor| sensor.angle = 1_024);
+    chip.run(50_000);
+    write(&mut chip, CONTROLWORD, 0, &[0, 0]);
+    write(&mut chip, CONTROLWORD, 0, &[0x80, 0]);
+    chip.run(5_000);
+    assert_eq!(read(&mut chip, 0x603f) & 0xffff, 0);
 }
 
 #[test]

@@ -98,6 +98,9 @@ pub trait Control {
     fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs;
     /// Takes over the gains and limits of these settings, which take effect at once.
     fn retune(&mut self, settings: &Settings);
+    /// Takes the newest reading of the sensor at the output shaft. A screw has none, and keeps this
+    /// method.
+    fn locate(&mut self, _: shaft_sensor::Reading) {}
 }
 
 impl Control for Axle {
@@ -111,6 +114,10 @@ impl Control for Axle {
 
     fn retune(&mut self, settings: &Settings) {
         Axle::retune(self, settings);
+    }
+
+    fn locate(&mut self, shaft: shaft_sensor::Reading) {
+        Axle::locate(self, shaft);
     }
 }
 
@@ -139,6 +146,10 @@ impl<C: Control> Control for &mut C {
 
     fn retune(&mut self, settings: &Settings) {
         C::retune(self, settings);
+    }
+
+    fn locate(&mut self, shaft: shaft_sensor::Reading) {
+        C::locate(self, shaft);
     }
 }
 
@@ -278,7 +289,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         axle.report(core::mem::take(&mut self.objects.heard.found));
         self.objects.renew_targets();
         let shaft = motor.shaft_sensor();
-        self.control.axle().locate(shaft);
+        self.control.locate(shaft);
         self.objects.publish_shaft(shaft);
         let readings = motor.readings();
         let mut inputs = self.objects.inputs(&readings, now_us);

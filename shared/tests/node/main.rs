@@ -41,6 +41,8 @@ mod motor_faults;
 mod random;
 mod releasing;
 mod sequences;
+#[cfg(feature = "lockstep")]
+mod shaft_sensor;
 #[path = "../support/sweep.rs"]
 mod sweep;
 mod wire;

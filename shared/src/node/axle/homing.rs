@@ -241,6 +241,9 @@ impl Axle {
         // These are positions from before homing.
         self.end_stops.clear();
         self.anchor();
+        if let Some(shaft) = &mut self.shaft {
+            shaft.disregard();
+        }
         self.homed = true;
     }
 

@@ -1,8 +1,9 @@
 //! Position at power-up by an absolute sensor at the output shaft.
 //!
 //! The angle counts only if [`READINGS`] new ones in a row agree with what the encoder shows, while
-//! the axle has no power and stands. Afterwards the encoder alone counts: a sensor that fails or
-//! jumps in motion changes nothing but its condition.
+//! the axle has no power and stands. Afterwards the encoder alone counts: a sensor that fails in
+//! motion changes nothing but its condition. If sensor and encoder drift apart, by more than
+//! [`APART`], the axle has a fault ([`Fault::ShaftMismatch`](crate::faults::Fault::ShaftMismatch)).
 
 use super::Axle;
 use crate::math::Turns;
@@ -15,8 +16,14 @@ use crate::units::Angle;
 const READINGS: u8 = 8;
 /// Difference up to which they agree: half a degree, more than the noise of both chips.
 const TOLERANCE: u32 = (0.5 / 360.0 * 4_294_967_296.0) as u32;
-/// Speed up to which the shaft stands, rad/s. An angle is older than the position by up to 11 ms.
+/// Speed up to which the shaft stands, rad/s.
 const STANDING: f32 = 0.05;
+/// Difference above which sensor and encoder have drifted apart: 5 degrees. Both chips are wrong by
+/// about 1 degree. The rest is for the place of the magnet, and for what the gear gives.
+const APART: f32 = 5.0 / 360.0 * core::f32::consts::TAU;
+/// Largest age of an angle: the time between two readings, a transfer and the filter of the AS5600,
+/// s.
+const AGE: f32 = 0.013;
 
 /// The sensor of one axle.
 #[derive(Clone, Debug)]
@@ -30,6 +37,10 @@ pub(super) struct Shaft {
     /// What its position was ahead of the encoder's, and how many agree with that.
     ahead: Angle,
     agreed: u8,
+    /// The sensor has given the position of the axle.
+    followed: bool,
+    /// Angles in a row that are too far from the encoder's position.
+    apart: u8,
 }
 
 impl Shaft {
@@ -46,18 +57,16 @@ impl Shaft {
             number: 0,
             ahead: Angle::ZERO,
             agreed: 0,
+            followed: false,
+            apart: 0,
         })
     }
 
-    /// Takes the newest reading, while the encoder is at this position. Returns the position of the
-    /// shaft, when it is certain.
-    fn take(&mut self, reading: Reading, encoder: Turns, stands: bool) -> Option<Turns> {
-        if reading.condition != Condition::Running || !stands {
-            self.agreed = 0;
-            self.number = reading.number;
-            return None;
-        }
-        if core::mem::replace(&mut self.number, reading.number) == reading.number {
+    /// Returns the angle of the shaft if this is a new reading of a sensor that runs.
+    fn angle(&mut self, reading: Reading) -> Option<Angle> {
+        let before = core::mem::replace(&mut self.number, reading.number);
+        if reading.condition != Condition::Running {
+            (self.agreed, self.apart) = (0, 0);
             return None;
         }
         let angle = reading.angle - self.zero;
@@ -66,6 +75,16 @@ impl Shaft {
         } else {
             angle
         };
+        (before != reading.number).then_some(angle)
+    }
+
+    /// Takes a new angle, while the encoder is at this position. Returns the position of the shaft,
+    /// when it is certain.
+    fn take(&mut self, angle: Angle, encoder: Turns, stands: bool) -> Option<Turns> {
+        if !stands {
+            self.agreed = 0;
+            return None;
+        }
         let ahead = angle - encoder.angle();
         if (ahead - self.ahead).to_bits().unsigned_abs() > TOLERANCE {
             (self.ahead, self.agreed) = (ahead, 0);
@@ -77,19 +96,50 @@ impl Shaft {
         self.agreed = 0;
         Some(self.middle + Turns::from(angle - self.middle.angle()))
     }
+
+    /// Compares a new angle with the encoder's position at this speed, rad/s.
+    fn compare(&mut self, angle: Angle, encoder: Turns, speed: f32) {
+        let bound = Turns::from_radians(APART + AGE * speed).distance();
+        let apart = (angle - encoder.angle()).to_bits().unsigned_abs();
+        self.apart = if u64::from(apart) > bound {
+            self.apart.saturating_add(1)
+        } else {
+            0
+        };
+    }
+
+    /// Returns whether sensor and encoder have drifted apart.
+    pub fn has_drifted(&self) -> bool {
+        self.apart >= READINGS
+    }
+
+    /// Ends the comparison: something else than the sensor gives the position.
+    pub fn disregard(&mut self) {
+        (self.followed, self.apart) = (false, 0);
+    }
 }
 
 impl Axle {
     /// Takes the newest reading of the shaft sensor, before a tick. An axle without power that is
-    /// not homed gets its position by it.
+    /// not homed gets its position by it. Afterwards it is compared with the encoder.
     pub fn locate(&mut self, reading: Reading) {
-        let rests = !self.powered() && !self.commutation.aligns() && !self.homed;
-        let (encoder, stands) = (self.position(), self.velocity().abs() < STANDING);
-        let Some(shaft) = self.shaft.as_mut().filter(|_| rests) else {
+        let rests = !self.powered() && !self.commutation.aligns();
+        let (encoder, speed) = (self.position(), self.velocity().abs());
+        let Some(shaft) = &mut self.shaft else {
             return;
         };
-        if let Some(position) = shaft.take(reading, encoder, stands) {
+        let Some(angle) = shaft.angle(reading) else {
+            return;
+        };
+        if self.homed {
+            if shaft.followed {
+                shaft.compare(angle, encoder, speed);
+            }
+        } else if let Some(position) = shaft.take(angle, encoder, rests && speed < STANDING) {
             self.found_home(position);
+            if let Some(shaft) = &mut self.shaft {
+                shaft.followed = true;
+            }
         }
     }
 }
