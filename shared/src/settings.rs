@@ -149,8 +149,8 @@ settings! {
     BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000, Limit;
 
     /// Absolute angle sensor at the output shaft of an axle: 0 none; 1 AS5600; 2 AS5048B. It gives
-    /// the position at power-up, so that the axle needs no homing. The motor board has it instead of
-    /// limit switches. A screw has none.
+    /// the position at power-up, so that the axle needs no homing. The motor board has it instead
+    /// of limit switches. A screw has none.
     ShaftSensor = 0x002a, "shaft_sensor", "1", 0..=2, 0;
     /// Angle that the shaft sensor shows at the position 0. The position at power-up is within half
     /// a turn of the middle between `position_minimum` and `position_maximum`.

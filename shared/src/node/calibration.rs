@@ -88,8 +88,8 @@ impl Calibrator {
         }
     }
 
-    /// Returns the settings in use: with the values that calibrations have found since power-up, and
-    /// with what clients have changed that takes effect at once.
+    /// Returns the settings in use: with the values that calibrations have found since power-up,
+    /// and with what clients have changed that takes effect at once.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }

@@ -44,8 +44,8 @@ impl Converter {
         let away = distance.checked_div(samples).unwrap_or(0);
         let step = bound << (FRACTION_BITS - 3);
         let difference = away - self.mean;
-        // Rounded away from 0. Otherwise the mean would stop below a constant value, and a code that
-        // is missing is a current of 2 mA that no demand explains.
+        // Rounded away from 0. Otherwise the mean would stop below a constant value, and a missing
+        // code is a current of 2 mA that no demand explains.
         let rounding = if difference > 0 {
             (1 << FILTER_BITS) - 1
         } else {

@@ -56,8 +56,8 @@ impl Tuning {
         self.speed = outputs.velocity.abs();
     }
 
-    /// Checks a new `value` of a setting whose value is `before`. Returns whether it takes effect at
-    /// once. A value out of bounds does not; it is refused elsewhere.
+    /// Checks a new `value` of a setting whose value is `before`. Returns whether it takes effect
+    /// at once. A value out of bounds does not; it is refused elsewhere.
     ///
     /// # Errors
     /// [`Abort::TooHigh`] if the board cannot measure the current. [`Abort::DeviceState`] while a
