@@ -1,7 +1,7 @@
 //! How the image of an axle reads the angle sensor at its output shaft, and what it does when the
 //! sensor fails.
 
-use crate::chip::{Chip, ShaftChip};
+use crate::chip::{CORE_HZ, Chip, ShaftChip};
 use crate::executed::{NODE, arm, read, with_pages, write};
 use crate::images::programs;
 use tautrack::bus::cia402::status::HOMED;
@@ -39,6 +39,14 @@ fn axle(chip: ShaftChip, angle: u16, more: &[(Setting, i32)]) -> Chip {
     executed.connect_shaft_sensor(chip);
     executed.shaft_sensor(|sensor| sensor.angle = angle);
     executed
+}
+
+/// Lets a client command an enabled drive for this time, us.
+fn hold(chip: &mut Chip, time_us: u64) {
+    let until = chip.clock() + time_us * (CORE_HZ / 1_000_000);
+    while chip.clock() < until {
+        write(chip, CONTROLWORD, 0, &[0x0f, 0]);
+    }
 }
 
 fn homed(chip: &mut Chip) -> bool {
@@ -142,9 +150,9 @@ fn a_sensor_that_fails_in_motion_leaves_the_position_to_the_encoder() {
     arm(&mut chip);
     // 4 degrees.
     chip.shaft_sensor(|sensor| sensor.angle = 1_069);
-    chip.run(FOUND_US);
+    hold(&mut chip, FOUND_US);
     chip.shaft_sensor(|sensor| sensor.powered = false);
-    chip.run(FOUND_US);
+    hold(&mut chip, FOUND_US);
     assert_eq!(condition(&mut chip), NO_ACKNOWLEDGE);
     assert_eq!(read(&mut chip, 0x603f) & 0xffff, 0, "no fault");
     assert!(homed(&mut chip) && chip.is_live());
@@ -157,7 +165,7 @@ fn a_sensor_that_jumps_in_motion_is_a_fault_and_the_drive_holds() {
     chip.run(FOUND_US);
     arm(&mut chip);
     chip.shaft_sensor(|sensor| sensor.angle = 3_000);
-    chip.run(FOUND_US);
+    hold(&mut chip, FOUND_US);
     assert_eq!(read(&mut chip, 0x603f) & 0xffff, 0x7306);
     assert!(homed(&mut chip) && chip.is_live());
     assert!((position(&mut chip) - TURN / 4).abs() <= 1);
