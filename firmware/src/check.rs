@@ -20,6 +20,9 @@ pub fn screw(settings: &Settings) -> Result<(), Refusal> {
     let (l1, l2) = (length(Setting::LengthL1), length(Setting::LengthL2));
     Geometry::check_micrometres(l1, l2, length(Setting::LengthK))
         .map_err(|error| refuse("geometry", format_args!("{error:?}")))?;
+    if settings.get(Setting::ShaftSensor) != 0 {
+        return Err(refuse("shaft_sensor", "a screw turns more than once"));
+    }
     axle(settings)
 }
 

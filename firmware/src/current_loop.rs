@@ -8,7 +8,7 @@ use heapless::Vec;
 use tautrack::motor::bridge::{PowerStage, Readings};
 use tautrack::motor::capture::{Capture, Request, Signals};
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Means, Measurement};
+use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, Excitation, Means, Measurement};
 
 /// The current loop, if there is one. An `Option` would be 500 bytes of flash memory, because its
 /// initial value is not all zeros.
@@ -61,6 +61,11 @@ fn with<R>(use_it: impl FnOnce(&mut CurrentLoop) -> R) -> Option<R> {
         let mut current_loop = LOOP.borrow(cs).try_borrow_mut().ok()?;
         current_loop.first_mut().map(use_it)
     })
+}
+
+/// Takes over the current limit ([`CurrentLoop::set_limits`]).
+pub fn set_limits(config: &Config) {
+    with(|current_loop| current_loop.set_limits(config));
 }
 
 /// Sets the current that cancels the cogging torque ([`CurrentLoop::set_cogging`]).

@@ -1,7 +1,7 @@
 //! The node's settings: those in flash, and those that clients read and change.
 //!
-//! The node gets the settings once, at start. A change by a client takes effect after a save and a
-//! restart.
+//! The node gets the settings at start. A change by a client takes effect at once or after a save
+//! and a restart, as the table of the settings says.
 
 use crate::boards::LIMITS;
 use crate::refusal::{self, Refusal};
@@ -9,7 +9,13 @@ use embedded_storage::nor_flash::NorFlash;
 use tautrack::motor::board_limits;
 use tautrack::roles::settings::{Found, SaveError, UNREADABLE};
 use tautrack::settings::{Setting, SettingError, Settings, UNKNOWN_MOTOR};
-use tautrack::store::{Report, SCHEMA, State, Store, StoreError};
+use tautrack::store::{self, Report, Schema, State, Store, StoreError};
+
+/// What the program knows of the settings, with the defaults of the board.
+const SCHEMA: Schema<'static> = Schema {
+    row: &|index| board_limits::row(LIMITS, index),
+    ..store::SCHEMA
+};
 
 /// Returns a [`Refusal`] if the node would not start with these settings.
 pub type Check = fn(&Settings) -> Result<(), Refusal>;
@@ -98,10 +104,10 @@ impl<F: NorFlash> tautrack::roles::settings::Store for Storage<F> {
         self.edited.of_key(key)
     }
 
-    fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError> {
+    fn set(&mut self, key: u16, value: i32, live: bool) -> Result<(), SettingError> {
         let old = self.edited.of_key(key);
         self.edited.set(key, value)?;
-        self.changed |= old != Some(value);
+        self.changed |= old != Some(value) && !live;
         if let Some(word) = self.set.get_mut(usize::from(key / 32)) {
             *word |= 1 << (key % 32);
         }

@@ -6,7 +6,7 @@ use node::{MOTOR, Node, settings};
 use std::path::PathBuf;
 use tautrack::can::Frame;
 use tautrack::link::Sensors;
-use tautrack::settings::{FIRST_OBJECT, Setting, Settings, TABLE};
+use tautrack::settings::{Effect, FIRST_OBJECT, Setting, Settings, TABLE};
 
 const NODE: u16 = 5;
 const DEVICE_STATE: u32 = 0x0800_0022;
@@ -80,6 +80,29 @@ impl Client {
         self.write(object(setting), 0, value.to_le_bytes())
     }
 
+    /// Resets a fault, as of a heartbeat that ended, and leads the drive up to "operation enabled",
+    /// with a guard's heartbeat.
+    fn arm(&mut self) {
+        self.send(&[Frame::new(0x000, &[1, 0]).expect("a frame")]);
+        for step in 0..190 {
+            let control = [0x80, 0x06, 0x07, 0x0f][(step / 40).min(3)];
+            let data = [control, 0, 9, 0, 0, 0, 0];
+            let set_point = Frame::new(0x300 + NODE, &data).expect("a frame");
+            let heartbeat = Frame::new(0x701, &[5]).expect("a frame");
+            // One set-point in each SYNC period.
+            self.send(&[heartbeat, set_point][..if step % 4 == 0 { 2 } else { 1 }]);
+        }
+        let status = self.sdo(0x40, 0x6041, 0, [0; 4]).1 & 0x6f;
+        assert_eq!(status, 0x27, "enabled");
+    }
+
+    fn disarm(&mut self) {
+        for _ in 0..150 {
+            let off = Frame::new(0x300 + NODE, &[0, 0, 9, 0, 0, 0, 0]).expect("a frame");
+            self.send(&[off]);
+        }
+    }
+
     /// Object 2020.
     fn in_flash(&mut self, sub: u8) -> u32 {
         self.sdo(0x40, 0x2020, sub, [0; 4]).1
@@ -138,6 +161,8 @@ fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
         assert_eq!(client.in_flash(1), 0, "blank at start");
         assert_eq!(client.in_flash(7), 0, "no restart is needed");
         assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
+        assert_eq!(client.in_flash(7), 0, "the node uses it already");
+        assert_eq!(client.set(Setting::FollowingLimit, 400), None);
         assert_eq!(client.in_flash(7), 1, "a restart is needed");
         assert_eq!(client.write(0x1010, 1, SAVE), None);
         assert_eq!(client.set(Setting::PositionGain, 4_321), None);
@@ -148,6 +173,7 @@ fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
         let mut client = start(&other);
         assert_eq!(client.in_flash(1), 1, "loaded");
         assert_eq!(client.read(Setting::VelocityGain), 1_234);
+        assert_eq!(client.read(Setting::FollowingLimit), 400);
         assert_eq!(client.read(Setting::PositionGain), 20_000);
         assert_eq!(client.read(Setting::GearRatio), 50_000);
     }
@@ -157,30 +183,19 @@ fn a_saved_setting_survives_a_power_cycle_and_an_unsaved_one_does_not() {
 fn a_save_is_refused_while_the_motor_has_current() {
     let flash = blank("armed");
     let mut client = Client::new(&flash, &settings(NODE.into()));
-    client.send(&[Frame::new(0x000, &[1, 0]).expect("a frame")]);
-    // Up to "operation enabled", with a guard's heartbeat.
-    for step in 0..150 {
-        let control = [0x06, 0x07, 0x0f][(step / 40).min(2)];
-        let set_point = Frame::new(0x300 + NODE, &[control, 0, 9, 0, 0, 0, 0]).expect("a frame");
-        let heartbeat = Frame::new(0x701, &[5]).expect("a frame");
-        // One set-point in each SYNC period.
-        client.send(&[heartbeat, set_point][..if step % 4 == 0 { 2 } else { 1 }]);
-    }
-    assert_eq!(
-        client.sdo(0x40, 0x6041, 0, [0; 4]).1 & 0x6f,
-        0x27,
-        "enabled"
-    );
-    // A setting may be changed: it has no effect before the next start.
+    client.arm();
+    // A gain may be changed, and a limit only downward.
     assert_eq!(client.set(Setting::VelocityGain, 1_234), None);
+    assert_eq!(
+        client.set(Setting::CurrentLimit, 20_001),
+        Some(DEVICE_STATE)
+    );
+    assert_eq!(client.set(Setting::CurrentLimit, 19_000), None);
     let before = std::fs::read(&flash).expect("the flash");
     assert_eq!(client.write(0x1010, 1, SAVE), Some(DEVICE_STATE));
     assert_eq!(client.write(0x1011, 1, LOAD), Some(DEVICE_STATE));
     assert_eq!(std::fs::read(&flash).expect("the flash"), before);
-    for _ in 0..150 {
-        let off = Frame::new(0x300 + NODE, &[0, 0, 9, 0, 0, 0, 0]).expect("a frame");
-        client.send(&[off]);
-    }
+    client.disarm();
     assert_eq!(client.write(0x1010, 1, *b"evas"), Some(0x0800_0020));
     assert_eq!(client.write(0x1010, 1, SAVE), None);
     assert_ne!(std::fs::read(&flash).expect("the flash"), before);
@@ -431,4 +446,61 @@ fn a_blank_node_is_mute_until_lss_gives_it_an_id_which_survives() {
     drop(client);
     let mut client = Client::new(&flash, &[]);
     assert_eq!((0..200).find(|_| !client.send(&[]).is_empty()), None);
+}
+
+#[test]
+fn a_restarted_drive_has_the_gains_and_limits_that_were_saved_last() {
+    let live: Vec<_> = Setting::live().collect();
+    let mut state = 7_u32;
+    let mut below = |end: usize| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 16) as usize % end
+    };
+    for run in 0..4 {
+        let flash = blank(&format!("live-{run}"));
+        let mut client = Client::new(&flash, &settings(NODE.into()));
+        let mut expected: Vec<_> = live.iter().map(|it| client.read(*it)).collect();
+        let mut saved = expected.clone();
+        for _ in 0..40 {
+            let armed = below(4) == 0;
+            if armed {
+                client.arm();
+            }
+            for _ in 0..below(5) {
+                let index = below(live.len());
+                let value = (f64::from(expected[index]) * [0.5, 0.9, 1.1][below(3)]) as i32;
+                let row = live[index].bounds();
+                let refused = client.set(live[index], value);
+                let raises =
+                    armed && live[index].effect() == Effect::Limit && value > expected[index];
+                let within = (row.minimum..=row.maximum).contains(&value);
+                if raises {
+                    assert!(refused.is_some(), "{:?} = {value}", live[index]);
+                } else if within && !armed && live[index] != Setting::CurrentLimit {
+                    assert_eq!(refused, None, "{:?} = {value}", live[index]);
+                }
+                if refused.is_none() {
+                    expected[index] = value;
+                }
+                assert_eq!(client.read(live[index]), expected[index]);
+            }
+            if armed {
+                assert_eq!(client.write(0x1010, 1, SAVE), Some(DEVICE_STATE));
+                client.disarm();
+            }
+            if below(3) == 0 {
+                assert_eq!(client.write(0x1010, 1, SAVE), None);
+                saved.clone_from(&expected);
+            }
+            if below(4) == 0 {
+                drop(client);
+                client = Client::new(&flash, &[]);
+                expected.clone_from(&saved);
+            }
+            for (setting, value) in live.iter().zip(&expected) {
+                assert_eq!(client.read(*setting), *value, "{setting:?}");
+            }
+            assert_eq!(client.in_flash(7), 0, "no restart is needed");
+        }
+    }
 }

@@ -150,6 +150,11 @@ faults! {
         99 "the first position beyond the bound",
         "fault reset",
         "The drive is too weak for its load, or its gains are wrong: check both.";
+    ShaftMismatch = 0x7306, "shaft sensor disagrees with encoder", Hold,
+        "The shaft sensor has given the position, and since then eight of its angles in a row, 10 ms apart, differed from the encoder's position by more than 5 degrees plus the travel of 13 ms.",
+        80 "the jump of the sensor by 6 degrees",
+        "fault reset, once both agree, or a restart of the node",
+        "The magnet has turned on the shaft, the gear slips, or the encoder has lost counts: check the mounting of both, and the cable of the encoder. A restart takes the position of the shaft sensor: check `shaft_zero` before.";
     HoldOverload = 0x8321, "hold overloaded", Hold,
         "A drive that holds after a stop needed more than `hold_current` for 32 ms. It goes on holding, with up to `current_limit`.",
         45 "the load, of 18 N m",

@@ -3,12 +3,12 @@
 //!
 //! A setting is an integer in a stated unit, so that flash, bus and link carry it exactly. A key
 //! never changes its meaning: a new setting gets a new key. An unknown key is an error that names
-//! the key.
+//! the key. A row ends with its [`Effect`] if a drive uses a new value at once.
 
 mod bounds;
 mod units;
 
-pub use bounds::{Bounds, Description};
+pub use bounds::{Bounds, Description, Effect};
 
 use bounds::{Packed, different_numbers};
 use core::fmt;
@@ -51,7 +51,7 @@ impl fmt::Display for SettingError {
 }
 
 macro_rules! settings {
-    ($($(#[doc = $doc:literal])* $variant:ident = $key:literal, $name:literal, $unit:literal, $range:expr, $default:literal;)*) => {
+    ($($(#[doc = $doc:literal])* $variant:ident = $key:literal, $name:literal, $unit:literal, $range:expr, $default:literal $(, $effect:ident)?;)*) => {
         /// A setting; [`Setting::description`] returns its row of the table.
         #[derive(Clone, Copy, PartialEq, Eq, Debug)]
         pub enum Setting { $($(#[doc = $doc])* $variant,)* }
@@ -59,7 +59,8 @@ macro_rules! settings {
         /// All rows, in the order of [`Setting`].
         pub const TABLE: &[Description] = &[$({
             let range: core::ops::RangeInclusive<i32> = $range;
-            Description { key: $key, name: $name, unit: $unit, minimum: *range.start(), maximum: *range.end(), default: $default }
+            let effects: &[Effect] = &[$(Effect::$effect,)? Effect::Restart];
+            Description { key: $key, name: $name, unit: $unit, minimum: *range.start(), maximum: *range.end(), default: $default, effect: effects[0] }
         },)*];
 
         const ALL: &[Setting] = &[$(Setting::$variant,)*];
@@ -97,23 +98,23 @@ settings! {
     /// Inductance of the motor's winding; of a three-phase motor, that of one phase in the axis d.
     Inductance = 0x0014, "inductance", "uH", 1..=100_000, 300;
     /// Maximum motor current.
-    CurrentLimit = 0x0015, "current_limit", "mA", 10..=100_000, 10_000;
+    CurrentLimit = 0x0015, "current_limit", "mA", 10..=100_000, 10_000, Limit;
     /// Maximum motor current with which a drive should hold its position after a stop or a fault.
     /// More for 32 ms is a fault report; the drive goes on holding.
-    HoldCurrent = 0x0016, "hold_current", "mA", 0..=100_000, 6_000;
+    HoldCurrent = 0x0016, "hold_current", "mA", 0..=100_000, 6_000, Limit;
     /// Maximum speed of the output shaft.
-    VelocityLimit = 0x0017, "velocity_limit", "mrad/s", 1..=2_000_000, 6_000;
+    VelocityLimit = 0x0017, "velocity_limit", "mrad/s", 1..=2_000_000, 6_000, Limit;
     /// Maximum acceleration of the output shaft, and its deceleration but in quick stops
     /// (`quick_stop_deceleration`).
-    AccelerationLimit = 0x0018, "acceleration_limit", "mrad/s^2", 1..=100_000_000, 20_000;
+    AccelerationLimit = 0x0018, "acceleration_limit", "mrad/s^2", 1..=100_000_000, 20_000, Limit;
     /// Gain of the position loop: velocity per position error.
-    PositionGain = 0x0019, "position_gain", "1e-3/s", 0..=1_000_000, 20_000;
+    PositionGain = 0x0019, "position_gain", "1e-3/s", 0..=1_000_000, 20_000, Gain;
     /// Gain of the velocity loop: motor current per velocity error of the output shaft.
-    VelocityGain = 0x001a, "velocity_gain", "mA s/rad", 0..=1_000_000, 3_000;
+    VelocityGain = 0x001a, "velocity_gain", "mA s/rad", 0..=1_000_000, 3_000, Gain;
     /// Integral time of the velocity loop.
-    VelocityIntegralTime = 0x001b, "velocity_integral_time", "us", 1_000..=10_000_000, 50_000;
+    VelocityIntegralTime = 0x001b, "velocity_integral_time", "us", 1_000..=10_000_000, 50_000, Gain;
     /// Acceleration feed-forward: motor current per acceleration of the output shaft.
-    AccelerationFeedForward = 0x001c, "acceleration_feed_forward", "uA s^2/rad", 0..=1_000_000_000, 0;
+    AccelerationFeedForward = 0x001c, "acceleration_feed_forward", "uA s^2/rad", 0..=1_000_000_000, 0, Gain;
     /// Bandwidth of the current loop.
     CurrentBandwidth = 0x001d, "current_bandwidth", "rad/s", 100..=20_000, 4_000;
     /// Fraction bits of a turn in objects 0x6064 and 0x607A of an axle: their unit is
@@ -143,9 +144,19 @@ settings! {
     /// Above it (plus the travel of 3 ms at `homing_speed`), homing fails.
     HomingTolerance = 0x0027, "homing_tolerance", "mrad", 1..=100_000, 10;
     /// Maximum motor current in bench mode.
-    BenchCurrent = 0x0028, "bench_current", "mA", 10..=100_000, 2_000;
+    BenchCurrent = 0x0028, "bench_current", "mA", 10..=100_000, 2_000, Limit;
     /// Maximum speed of the output shaft in bench mode.
-    BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000;
+    BenchSpeed = 0x0029, "bench_speed", "mrad/s", 1..=2_000_000, 1_000, Limit;
+
+    /// Absolute angle sensor at the output shaft of an axle: 0 none; 1 AS5600; 2 AS5048B. It gives
+    /// the position at power-up, so that the axle needs no homing. The motor board has it instead
+    /// of limit switches. A screw has none.
+    ShaftSensor = 0x002a, "shaft_sensor", "1", 0..=2, 0;
+    /// Angle that the shaft sensor shows at the position 0. The position at power-up is within half
+    /// a turn of the middle between `position_minimum` and `position_maximum`.
+    ShaftZero = 0x002b, "shaft_zero", "1e-3 degree", -180_000..=180_000, 0;
+    /// 1: the angle of the shaft sensor rises with the position. -1: it falls.
+    ShaftDirection = 0x002c, "shaft_direction", "1", -1..=1, 1;
 
     /// Kind of the motor: 0 brushed, between half bridges a and b; 1 three-phase, with permanent
     /// magnets.
@@ -251,17 +262,17 @@ settings! {
     /// Supply voltage at which the fault "over-voltage" begins.
     OverVoltage = 0x00d3, "over_voltage", "mV", 6_000..=60_000, 32_000;
     /// Maximum current that a drive takes from the supply.
-    SupplyCurrentLimit = 0x00d4, "supply_current_limit", "mA", 100..=200_000, 200_000;
+    SupplyCurrentLimit = 0x00d4, "supply_current_limit", "mA", 100..=200_000, 200_000, Limit;
     /// Maximum current that a braking drive returns to the supply.
-    RegenerationCurrentLimit = 0x00d5, "regeneration_current_limit", "mA", 0..=200_000, 200_000;
+    RegenerationCurrentLimit = 0x00d5, "regeneration_current_limit", "mA", 0..=200_000, 200_000, Limit;
     /// Maximum electrical power of the motor: mechanical power plus the losses of the winding.
-    PowerLimit = 0x00d6, "power_limit", "W", 1..=20_000, 20_000;
+    PowerLimit = 0x00d6, "power_limit", "W", 1..=20_000, 20_000, Limit;
     /// Speed, as a fraction of `velocity_limit`, above which the current that accelerates the axle
     /// is reduced. At 120 % of `velocity_limit`, where the fault "overspeed" begins, it is 0. The
     /// current that brakes is not reduced.
     VelocityDerating = 0x00d7, "velocity_derating", "1e-3", 1_000..=1_190, 1_100;
     /// Maximum change of the motor current, and so of the torque, per time.
-    CurrentSlope = 0x00d8, "current_slope", "A/s", 1..=200_000, 200_000;
+    CurrentSlope = 0x00d8, "current_slope", "A/s", 1..=200_000, 200_000, Limit;
     /// Current that the motor's winding carries for ever. 0: every current up to `current_limit`.
     WindingCurrent = 0x00d9, "winding_current", "mA", 0..=100_000, 0;
     /// Thermal time constant of the motor's winding.
@@ -521,9 +532,7 @@ pub fn bounds_of_row(index: usize) -> Option<Bounds> {
 impl Setting {
     /// Returns the setting with this key.
     pub fn from_key(key: u16) -> Option<Self> {
-        ALL.iter()
-            .copied()
-            .find(|setting| setting.bounds().key == key)
+        ALL.get(PACKED.row_of(key)?).copied()
     }
 
     /// Returns the setting with this name.
@@ -536,6 +545,17 @@ impl Setting {
     /// Returns the numbers of this setting.
     pub fn bounds(self) -> Bounds {
         PACKED.bounds(self as usize)
+    }
+
+    /// Returns when a written value of this setting takes effect in a drive.
+    pub fn effect(self) -> Effect {
+        PACKED.effect(self as usize)
+    }
+
+    /// Returns the settings that take effect in a drive at once.
+    pub fn live() -> impl Iterator<Item = Self> {
+        let all = ALL.iter().copied();
+        all.filter(|setting| setting.effect() != Effect::Restart)
     }
 
     /// Returns the row of this setting in [`TABLE`].

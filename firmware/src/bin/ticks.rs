@@ -21,7 +21,7 @@ use cortex_m as _;
 use tautrack::motor::bridge::Readings;
 use tautrack::motor::capture::Request;
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{CurrentLoop, Excitation};
+use tautrack::motor::current::{Config, CurrentLoop, Excitation};
 use tautrack::node::axle::{self, Axle, BridgeDemand};
 use tautrack::node::calibration::{self, Calibrator};
 use tautrack::node::guard::{self, Guard};
@@ -52,7 +52,7 @@ static AXLE: Slot<(Axle, axle::Inputs)> = Slot::new();
 static SCREW: Slot<(Screw, screw::Inputs)> = Slot::new();
 static RECEIVED: Slot<guard::Inputs<'static>> = Slot::new();
 static CURRENT: Slot<Readings> = Slot::new();
-static CHANGES: Slot<(CurrentLoop, Wave, Request)> = Slot::new();
+static CHANGES: Slot<(CurrentLoop, Wave, Request, Config)> = Slot::new();
 static CALIBRATION: Slot<(Calibrator, calibration::Inputs)> = Slot::new();
 
 macro_rules! guards {
@@ -83,7 +83,7 @@ fn main() -> ! {
             CALIBRATION.get(),
         )
     };
-    let (current_loop, wave, request) = changes;
+    let (current_loop, wave, request, config) = changes;
     current_loop::install(current_loop.clone());
     loop {
         black_box(axle.0.tick(&axle.1));
@@ -91,6 +91,7 @@ fn main() -> ! {
         tick_guards(received);
         black_box(current_loop::pwm_period(current));
         black_box(current_loop::take_means(|| None));
+        current_loop::set_limits(config);
         current_loop::set_cogging(black_box(1), *wave);
         current_loop::request_capture(*request);
         current_loop::demand(black_box(BridgeDemand::Off), black_box(0.0), black_box(0.0));

@@ -9,7 +9,9 @@ use tautrack::bus::node::Condition;
 use tautrack::fault_log::FaultLog;
 use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
+use tautrack::motor::shaft_sensor;
 use tautrack::sensors::{Switches, Temperatures};
+use tautrack::settings::Settings;
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
 /// take no `self`.
@@ -61,12 +63,20 @@ pub trait Board {
     fn bridge_stop() -> Option<BridgeStop> {
         None
     }
+    /// Returns what is known of the absolute sensor at the output shaft. A board without an input
+    /// for one keeps this method.
+    fn shaft_sensor() -> shaft_sensor::Reading {
+        shaft_sensor::Reading::default()
+    }
     /// Count of the rotor sensor ([`Readings::rotor`](tautrack::motor::bridge::Readings::rotor)) at
     /// the newest pulse of the encoder's index since the last call. A board without such an input
     /// keeps this method.
     fn index() -> Option<u32> {
         None
     }
+    /// Takes over the current limit of these settings, if something besides software opens the
+    /// bridge beyond it. A board without such a thing keeps this method.
+    fn set_current_limit(_: &Settings) {}
     /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
     /// Temperatures of bridge and motor. A board without sensors keeps this method.

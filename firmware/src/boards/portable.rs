@@ -10,14 +10,15 @@ use tautrack::sensors::Switches;
 /// Inputs of home and limit switches, which are between the input and ground.
 ///
 /// A limit switch is closed in the range of travel, so a broken wire counts as actuated. The home
-/// switch closes when it is actuated. An input that cannot be read counts as an open switch.
+/// switch closes when it is actuated. An input that cannot be read counts as an open switch. A
+/// switch without an input counts as not actuated.
 pub struct SwitchInputs<H, P, N> {
     /// Home switch, if there is one.
     pub home: Option<H>,
-    /// Limit switch at the end of the positive direction.
-    pub positive_limit: P,
-    /// Limit switch at the end of the negative direction.
-    pub negative_limit: N,
+    /// Limit switch at the end of the positive direction, if there is one.
+    pub positive_limit: Option<P>,
+    /// Limit switch at the end of the negative direction, if there is one.
+    pub negative_limit: Option<N>,
 }
 
 impl<H: InputPin, P: InputPin, N: InputPin> SwitchInputs<H, P, N> {
@@ -28,8 +29,14 @@ impl<H: InputPin, P: InputPin, N: InputPin> SwitchInputs<H, P, N> {
                 .home
                 .as_mut()
                 .is_some_and(|home| home.is_low().unwrap_or(false)),
-            positive_limit: self.positive_limit.is_high().unwrap_or(true),
-            negative_limit: self.negative_limit.is_high().unwrap_or(true),
+            positive_limit: self
+                .positive_limit
+                .as_mut()
+                .is_some_and(|limit| limit.is_high().unwrap_or(true)),
+            negative_limit: self
+                .negative_limit
+                .as_mut()
+                .is_some_and(|limit| limit.is_high().unwrap_or(true)),
         }
     }
 }
@@ -106,8 +113,8 @@ mod tests {
         let [home, positive_limit, negative_limit] = levels.map(Input);
         SwitchInputs {
             home: Some(home),
-            positive_limit,
-            negative_limit,
+            positive_limit: Some(positive_limit),
+            negative_limit: Some(negative_limit),
         }
         .read()
     }

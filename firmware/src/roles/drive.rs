@@ -13,7 +13,8 @@ use tautrack::can::Frame;
 use tautrack::fault_log::FaultLog;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::shaft_sensor;
 use tautrack::roles::drive::{self, Control, Measurements, Motor, Readings};
 use tautrack::roles::settings::Found;
 use tautrack::settings::Settings;
@@ -38,8 +39,17 @@ impl Motor for BoardMotor {
         }
     }
 
+    fn shaft_sensor(&mut self) -> shaft_sensor::Reading {
+        Selected::shaft_sensor()
+    }
+
     fn install(&mut self, current_loop: CurrentLoop) {
         current_loop::install(current_loop);
+    }
+
+    fn set_limits(&mut self, settings: &Settings) {
+        current_loop::set_limits(&Config::from_settings(settings, 0));
+        Selected::set_current_limit(settings);
     }
 
     fn set_cogging(&mut self, periods: i32, wave: Wave) {

@@ -3,8 +3,17 @@
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
 use std::convert::Infallible;
 use std::ops::Range;
+use tautrack::motor::board_limits::{self, Limit};
 use tautrack::settings::{Setting, Settings};
-use tautrack::store::{SCHEMA, Store};
+use tautrack::store::{SCHEMA, Schema, Store};
+
+// What the program of the motor board knows.
+#[allow(dead_code)] // the program of the board uses the rest
+#[path = "../../../firmware/src/boards/esc1/analogue.rs"]
+mod analogue;
+/// Bounds and defaults of the motor board's settings.
+#[path = "../../../firmware/src/boards/esc1/limits.rs"]
+pub mod motor_board;
 
 /// Address of the motor board's first page.
 pub const ADDRESS: u32 = 0x0801_e000;
@@ -35,12 +44,21 @@ impl Pages {
         Ok(pages)
     }
 
-    /// Saves these settings. All others get their defaults.
+    /// Saves these settings of a motor board. All others get their defaults.
     ///
     /// # Errors
     /// A text that names the value that is out of its bounds, or the failure of the store.
     pub fn save(&mut self, values: &[(Setting, i32)]) -> Result<(), String> {
+        self.save_on(&motor_board::LIMITS, values)
+    }
+
+    /// The same for a board with these bounds and defaults.
+    ///
+    /// # Errors
+    /// The same.
+    pub fn save_on(&mut self, limits: &[Limit], values: &[(Setting, i32)]) -> Result<(), String> {
         let mut settings = Settings::default();
+        board_limits::set_defaults(limits, &mut settings);
         for (setting, value) in values {
             settings
                 .set(setting.bounds().key, *value)
@@ -49,7 +67,11 @@ impl Pages {
         Store::open(self)
             .and_then(|mut store| {
                 let value = |key| settings.of_key(key).unwrap_or_default();
-                store.save(&SCHEMA, &value, &|_| true)
+                let schema = Schema {
+                    row: &|index| board_limits::row(limits, index),
+                    ..SCHEMA
+                };
+                store.save(&schema, &value, &|_| true)
             })
             .map_err(|error| error.to_string())?;
         Ok(())

@@ -10,7 +10,7 @@ use tautrack_host_tests::programs::settings_pages::Pages;
 mod board;
 
 /// Data of the converter DAC3 for comparator 1, and for the comparators 2 and 4.
-const THRESHOLDS: [u32; 2] = [0x5000_1008, 0x5000_1014];
+pub const THRESHOLDS: [u32; 2] = [0x5000_1008, 0x5000_1014];
 
 #[test]
 fn the_network_gives_the_zero_and_the_scale_that_others_computed() {

@@ -10,7 +10,7 @@ use crate::{breaks, bus_errors, executed as test, gates, guard, masked, sensors}
 use std::panic::catch_unwind;
 
 /// What is wrong, the defect, and the test that finds it.
-const DEFECTS: [(&str, Defect, fn()); 35] = [
+const DEFECTS: [(&str, Defect, fn()); 36] = [
     (
         "no boost",
         register(PWR + 0x80, 1 << 8, 1 << 8),
@@ -50,6 +50,11 @@ const DEFECTS: [(&str, Defect, fn()); 35] = [
         "20 005 Hz",
         register(TIM1 + 0x2c, 0xffff, 4249),
         test::the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break,
+    ),
+    (
+        "the trigger of the samples is low for two clocks",
+        register(TIM1 + 0x40, 0xffff, 4249),
+        test::the_trigger_of_the_samples_is_low_for_four_clocks_of_the_converters,
     ),
     (
         "the bridge is live at once",

@@ -21,6 +21,8 @@ const APPLICATION: u32 = 0x0800_4000;
 const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
+/// Register of both converters that selects their clock (RM0440, 21.7.2).
+const ADC_CONTROL: u32 = 0x5000_0308;
 /// Node id of the chip.
 pub const NODE: u16 = 5;
 /// RAM that static variables and stack may take, bytes.
@@ -171,6 +173,19 @@ pub fn the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break() {
     );
     assert_eq!(field(timer(4), 8, 6), 0, "idle level low");
     assert_eq!(field(timer(4), 20, 4), 7, "TRGO2 is channel 4");
+}
+
+#[test]
+pub fn the_trigger_of_the_samples_is_low_for_four_clocks_of_the_converters() {
+    let chip = running_axle();
+    // Channel 4 is low while the counter is above its compare value, on the way up and down.
+    let low = 2 * (chip.register(TIM1 + 0x2c) - chip.register(TIM1 + 0x40));
+    let control = chip.register(ADC_CONTROL);
+    assert_eq!(field(control, 16, 2), 0, "clock of the core, divided");
+    let dividers = [1, 2, 4, 6, 8, 10, 12, 16, 32, 64, 128, 256];
+    let divider = dividers[field(control, 18, 4) as usize];
+    assert!(CORE_HZ / u64::from(divider) <= 60_000_000, "{divider}");
+    assert!(low >= 4 * divider, "{low} clocks, {divider} each");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Tests what `cargo flash-node` prints and refuses.
 
+#[cfg(unix)]
+use crate::executed::{armed_axle, panic_instruction};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -204,5 +206,82 @@ fn settings_that_the_board_does_not_bear_are_refused_by_name() {
     refused(
         "brake_release_time = 40",
         "brake_release_time = 40, this board allows 0 to 0",
+    );
+}
+
+/// The motor board's RAM after an over-voltage, a panic, and the reset by the watchdog.
+#[cfg(unix)]
+fn ram_after_faults() -> Vec<u8> {
+    let mut chip = armed_axle();
+    // 32.2 V, behind the divider of 169 and 18 kiloohm.
+    chip.pins(|pins| pins.supply = 3_847);
+    chip.run(3_000);
+    chip.pins(|pins| pins.supply = 2_866);
+    chip.jump(panic_instruction());
+    chip.run(110_000);
+    chip.memory(0x2000_0000, 32 * 1024)
+}
+
+#[test]
+#[cfg(unix)]
+fn the_last_faults_of_the_board_are_printed_in_words() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder("faults");
+    let [program, memory] = ["probe-rs", "memory"].map(|name| folder.join(name));
+    let script = format!(
+        "#!/bin/sh\ncase \"$*\" in\nlist) echo '[0]: STLink';;\n\
+         'read --chip STM32G431CBTx b32 0x20000000 8192') while read l; do echo $l; done < {};;\n\
+         *) exit 1;;\nesac\n",
+        memory.display()
+    );
+    fs::write(&program, script).expect("a program");
+    fs::set_permissions(&program, PermissionsExt::from_mode(0o755)).expect("executable");
+    let run = |ram: &[u8], behind_addresses: bool| {
+        let lines = ram
+            .as_chunks::<4>()
+            .0
+            .chunks(4)
+            .zip((0x2000_0000_u32..).step_by(16));
+        let text: Vec<String> = lines
+            .map(|(words, address)| {
+                let start = if behind_addresses {
+                    format!("{address:08x}: ")
+                } else {
+                    String::new()
+                };
+                let words: Vec<_> = words
+                    .iter()
+                    .map(|word| format!("{:08x}", u32::from_le_bytes(*word)))
+                    .collect();
+                format!("{start}{}\n", words.join(" "))
+            })
+            .collect();
+        fs::write(&memory, text.concat()).expect("a file");
+        flash_node(&["axle", "--faults"], Some(&folder))
+    };
+    let ram = ram_after_faults();
+    for behind_addresses in [false, true] {
+        let (done, text) = run(&ram, behind_addresses);
+        assert!(done, "{text}");
+        let lines: Vec<_> = text.lines().collect();
+        let [title, newest, oldest] = lines[..] else {
+            panic!("{text}");
+        };
+        assert!(title.starts_with("fault log, the newest fault first"));
+        assert!(
+            newest.contains("0x5220") && newest.contains("crystal or program had failed"),
+            "{newest}"
+        );
+        assert!(oldest.starts_with("  0x3210 over-voltage, "), "{oldest}");
+        assert!(
+            oldest.contains(" s after power-up or a drop of the supply: 32."),
+            "{oldest}"
+        );
+    }
+    let (done, text) = run(&vec![0; ram.len()], false);
+    assert!(done);
+    assert_eq!(
+        text,
+        "fault log: none, because the power was off or the program is another one\n"
     );
 }

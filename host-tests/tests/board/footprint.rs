@@ -7,6 +7,9 @@ use std::fs;
 use std::sync::OnceLock;
 use tautrack_host_tests::tools::footprint::{Footprint, measure};
 
+/// Bytes of its flash memory that each program leaves free.
+pub const SPARE: u32 = 4 * 1024;
+
 /// The figures, measured once.
 fn footprints() -> &'static [Footprint; 3] {
     static FOOTPRINTS: OnceLock<[Footprint; 3]> = OnceLock::new();
@@ -53,7 +56,7 @@ fn every_program_keeps_its_limits() {
         println!("{row:?}");
         assert_eq!(row.excesses(), Vec::<String>::new());
         let kib = if row.program == "loader" { 16 } else { 104 };
-        assert!(row.flash_limit < kib * 1024, "{row:?}");
+        assert!(row.flash_limit + SPARE <= kib * 1024, "{row:?}");
         assert!(row.stack > 0 && row.nested_stack > 0, "{row:?}");
         // An interrupt never finds more stack used than all of them together.
         assert!(row.stack <= row.nested_stack, "{row:?}");

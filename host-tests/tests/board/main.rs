@@ -11,6 +11,7 @@
 //! * `sensors`: how the guard reads its sensor chips, and what it does when they fail
 //! * `checks`: what the images of all boards do
 //! * `settings`: what the settings pages hold after resets and power cuts
+//! * `shaft_sensor`: how an axle reads the sensor at its shaft, and what it does when this fails
 //! * `analogue`: zero, scale and thresholds of the current measurement
 //! * `breaks`: what opens the bridge without software
 //! * `bus_errors`: what they do when the bus fails
@@ -46,6 +47,7 @@ mod processor;
 mod reserved;
 mod sensors;
 mod settings;
+mod shaft_sensor;
 #[path = "../support/unchanged.rs"]
 mod unchanged;
 

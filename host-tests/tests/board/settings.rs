@@ -1,6 +1,7 @@
 //! What the settings pages hold after resets and power cuts. The image that is executed writes
 //! them, through the model of the flash controller.
 
+use crate::analogue::THRESHOLDS;
 use crate::chip::{Chip, Cut, Tear};
 use crate::executed::{
     NODE, application, arm, armed_axle, axle, frame, read, waits_for_an_id, with_pages, write,
@@ -8,8 +9,8 @@ use crate::executed::{
 use crate::gates::log;
 use crate::images::programs;
 use crate::stamp;
-use tautrack::settings::{FIRST_OBJECT, Setting};
-use tautrack_host_tests::programs::settings_pages::{ADDRESS, LENGTH, Pages};
+use tautrack::settings::{Effect, FIRST_OBJECT, Setting};
+use tautrack_host_tests::programs::settings_pages::{self, ADDRESS, LENGTH, Pages};
 use tautrack_host_tests::robots::Role;
 
 pub const SAVE: u16 = 0x1010;
@@ -303,5 +304,57 @@ fn a_node_has_the_defaults_of_its_board_and_refuses_what_the_board_does_not_bear
         chip.run(WAIT_US);
         let refused = format!("refused: {}", setting.description().name);
         assert!(log(&chip).contains(&refused), "{:?}", log(&chip));
+    }
+}
+
+#[test]
+fn a_stored_value_counts_although_it_is_the_default_of_the_table_and_not_of_the_board() {
+    let zero = Setting::CurrentZeroA;
+    let value = zero.bounds().default;
+    // As `cargo flash-node` writes it.
+    let stored = Pages::of(&[(Setting::NodeId, NODE.into()), (zero, value)]).expect("settings");
+    let mut chip = with_pages(&programs().axle, &stored.0);
+    chip.run(WAIT_US);
+    assert_eq!(read(&mut chip, object(zero)), value.unsigned_abs());
+    // As a client saves it.
+    let mut chip = axle();
+    chip.run(WAIT_US);
+    assert_ne!(read(&mut chip, object(zero)), value.unsigned_abs());
+    write(&mut chip, object(zero), 0, &value.to_le_bytes());
+    let saved = download(&mut chip, SAVE, 1, *b"save");
+    assert_eq!(saved.map(|(command, _)| command), Some(0x60));
+    let mut chip = power_cycled(&chip);
+    assert_eq!(read(&mut chip, object(zero)), value.unsigned_abs());
+}
+
+#[test]
+fn a_written_current_limit_moves_the_threshold_of_the_comparators_at_once() {
+    let mut chip = axle();
+    chip.run(WAIT_US);
+    let codes = |chip: &Chip| THRESHOLDS.map(|register| chip.register(register));
+    let before = codes(&chip);
+    let limit = read(&mut chip, object(Setting::CurrentLimit));
+    let half = limit.cast_signed() / 2;
+    write(
+        &mut chip,
+        object(Setting::CurrentLimit),
+        0,
+        &half.to_le_bytes(),
+    );
+    chip.run(2_000);
+    let after = codes(&chip);
+    // A start with this limit sets the same.
+    assert_ne!(before, after);
+    let saved = download(&mut chip, SAVE, 1, *b"save");
+    assert_eq!(saved.map(|(command, _)| command), Some(0x60));
+    assert_eq!(codes(&power_cycled(&chip)), after);
+}
+
+/// The board's program checks only the bounds of the table, and what the board can measure, before
+/// it uses a value at once.
+#[test]
+fn no_setting_that_takes_effect_at_once_has_narrower_bounds_on_the_board() {
+    for limit in settings_pages::motor_board::LIMITS {
+        assert_eq!(limit.setting.effect(), Effect::Restart, "{}", limit.name);
     }
 }

@@ -28,6 +28,11 @@ impl AngleWatch {
         })
     }
 
+    /// Takes over the limits of this motor. A probe under way ends.
+    pub fn retune(&mut self, motor: &BackEmf) {
+        self.probe = AngleProbe::new(motor);
+    }
+
     /// Returns the watch of the alternating back-EMF, which [`BackEmf::check`] updates.
     pub fn ripple(&mut self) -> &mut Ripple {
         &mut self.ripple

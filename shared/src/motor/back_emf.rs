@@ -190,6 +190,12 @@ impl BackEmf {
         }
     }
 
+    /// Takes over the limits of these settings.
+    pub fn retune(&mut self, settings: &Settings) {
+        self.velocity_limit = settings.si(Setting::VelocityLimit);
+        self.current_limit = settings.si(Setting::CurrentLimit);
+    }
+
     /// Forgets what depends on the rotor's angle: it is not known.
     pub fn forget_angle(&mut self) {
         self.angle = None;

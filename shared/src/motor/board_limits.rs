@@ -1,7 +1,7 @@
 //! Bounds and defaults of the settings that depend on what a board is built of: they are narrower
 //! than those of the table of settings.
 
-use crate::settings::{Setting, Settings};
+use crate::settings::{Bounds, Setting, Settings, bounds_of_row};
 use core::fmt;
 
 /// Bounds of a setting on a board.
@@ -44,6 +44,19 @@ pub fn set_defaults(limits: &[Limit], settings: &mut Settings) {
         // Cannot fail: a test sets all defaults.
         let _ = settings.set(limit.setting.bounds().key, limit.default);
     }
+}
+
+/// Returns the numbers of the row with this index of the table of settings, with the default of
+/// the board: a value that equals it need not be in flash.
+pub fn row(limits: &[Limit], index: usize) -> Option<Bounds> {
+    let row = bounds_of_row(index)?;
+    let mut limits = limits.iter();
+    // A load and a save ask for every row. The keys of the limits would have to be unpacked.
+    let limit = limits.find(|limit| limit.setting as usize == index);
+    Some(Bounds {
+        default: limit.map_or(row.default, |limit| limit.default),
+        ..row
+    })
 }
 
 /// Checks the settings against the bounds of a board.

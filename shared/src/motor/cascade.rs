@@ -169,6 +169,15 @@ impl Cascade {
         self.integral = bound.limit(current) << INTEGRAL_BITS;
     }
 
+    /// Shifts the integral so that the loops demand `amperes` where they demand `demand` now. The
+    /// integral stays within `bound`. It is used when the gains change.
+    pub fn continue_at(&mut self, amperes: f32, demand: &Demand, bound: Bound) {
+        let asked = demand.current.wrapping_add(demand.excess);
+        let shift = self.current(amperes).wrapping_sub(asked);
+        let current = (self.integral >> INTEGRAL_BITS).saturating_add(shift);
+        self.integral = bound.limit(current) << INTEGRAL_BITS;
+    }
+
     /// Converts the velocity and the acceleration of a set-point to the feed-forward.
     #[inline]
     pub fn feed_forward(&self, set_point: &Motion) -> FeedForward {

@@ -17,12 +17,19 @@ pub struct EncoderSteps {
 impl EncoderSteps {
     /// Creates the watch of an encoder that moves by at most `largest` counts in a control period.
     pub fn new(largest: f32) -> Self {
-        Self {
+        let mut steps = Self {
             last: 0,
-            // Rounding at both ends of a step.
-            largest: (largest as u32).saturating_add(2),
+            largest: 0,
             score: 0,
-        }
+        };
+        steps.set_largest(largest);
+        steps
+    }
+
+    /// Sets the largest step, counts.
+    pub fn set_largest(&mut self, largest: f32) {
+        // Rounding at both ends of a step.
+        self.largest = (largest as u32).saturating_add(2);
     }
 
     /// Takes the reading `counts` as the first one.

@@ -19,6 +19,7 @@
 //! * [`capture`]: records signals of the PWM interrupt
 //! * `model`: simulated motors, for boards without hardware (feature `lockstep`)
 //! * [`rotor`]: electrical angle of a three-phase motor
+//! * [`shaft_sensor`]: absolute angle sensor at the output shaft
 //!
 //! Positions are [`crate::math::Turns`] of the output shaft, so that they lose neither precision
 //! nor range over time. Only differences of positions become `f32`.
@@ -44,3 +45,4 @@ pub mod observer;
 pub mod profile;
 pub mod ripple;
 pub mod rotor;
+pub mod shaft_sensor;

@@ -5,7 +5,7 @@ use crate::math::to_i32;
 use crate::motor::bridge::Ratings;
 use crate::motor::calibration::{self, Calibration, Plan, Progress, Record, Refusal, SETTINGS};
 use crate::motor::current::{Config, CurrentLoop, Excitation};
-use crate::settings::Settings;
+use crate::settings::{Setting, Settings};
 
 pub use crate::motor::calibration::Inputs;
 
@@ -88,9 +88,16 @@ impl Calibrator {
         }
     }
 
-    /// Returns the settings with the values that calibrations have found since power-up.
+    /// Returns the settings in use: with the values that calibrations have found since power-up,
+    /// and with what clients have changed that takes effect at once.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// Changes a setting that takes effect at once.
+    pub fn set(&mut self, setting: Setting, value: i32) {
+        // Cannot fail: the value is one of the node's settings.
+        let _ = self.settings.set(setting.bounds().key, value);
     }
 
     /// Returns progress and results.

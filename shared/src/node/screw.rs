@@ -108,6 +108,12 @@ pub fn geometry_in<'a>(
     Geometry::create_in(place, lengths(settings))
 }
 
+/// Returns the largest step of the position by the law of the belt in a tick.
+fn longest_step(settings: &Settings, scale: Scale) -> Turns {
+    let unexpected = scale.shaft_velocity_from_linear(UNEXPECTED_STEP);
+    Turns::from_radians(settings.si(Setting::VelocityLimit) * CONTROL_PERIOD + unexpected)
+}
+
 /// Returns `L1`, `L2` and `K`, um.
 fn lengths(settings: &Settings) -> [i32; 3] {
     [Setting::LengthL1, Setting::LengthL2, Setting::LengthK].map(|length| settings.get(length))
@@ -128,8 +134,6 @@ impl<G: Borrow<Geometry>> Screw<G> {
         let longest = i64::from(table.length(Angle::from_bits(i32::MIN)).to_bits());
         let travel = (reference, scale.shaft_from_length(longest));
         let engage_metres = settings.si(Setting::EngageSpeed);
-        let unexpected = scale.shaft_velocity_from_linear(UNEXPECTED_STEP);
-        let longest_step = settings.si(Setting::VelocityLimit) * CONTROL_PERIOD + unexpected;
         let engage_speed = scale.shaft_velocity_from_linear(engage_metres);
         let slack_law = SlackLaw::new(table);
         Self {
@@ -149,8 +153,14 @@ impl<G: Borrow<Geometry>> Screw<G> {
             slack_step: to_i32(engage_metres * (CONTROL_PERIOD * UNITS)),
             remaining: Turns::ZERO,
             law: Turns::ZERO,
-            longest_step: Turns::from_radians(longest_step),
+            longest_step: longest_step(settings, scale),
         }
+    }
+
+    /// Takes over the gains and limits of these settings, which take effect at once.
+    pub fn retune(&mut self, settings: &Settings) {
+        self.axle.retune_as::<false>(settings);
+        self.longest_step = longest_step(settings, self.scale);
     }
 
     /// Returns the axle that turns the screw.

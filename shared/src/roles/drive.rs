@@ -1,12 +1,14 @@
 //! A drive's node: the roles axle and screw. `objects` are its objects, `heard` is what the bus has
 //! brought since the last tick, `targets` says which targets count, `bench` how long a
-//! request for bench mode stands, and `leaving` how it leaves operation before a restart.
+//! request for bench mode stands, `leaving` how it leaves operation before a restart, and `tuning`
+//! which settings take effect at once.
 
 mod bench;
 mod heard;
 mod leaving;
 mod objects;
 mod targets;
+mod tuning;
 
 use super::settings::Store;
 use super::{axle, screw};
@@ -24,6 +26,7 @@ use crate::motor::cogging::Wave;
 use crate::motor::current::{
     Config, CurrentLoop, CurrentLoopError, Excitation, Means, Measurement,
 };
+use crate::motor::shaft_sensor;
 use crate::node::axle::{Axle, BridgeDemand, Inputs, Outputs, SetPoint};
 use crate::node::calibration::{self as calibrator, Action, Calibrator};
 use crate::node::cogging::{self, CoggingSearch};
@@ -37,6 +40,7 @@ use heard::Heard;
 use leaving::{Leaving, Next};
 use objects::Objects;
 use targets::Memory;
+use tuning::Tuning;
 
 /// What a board measures in one tick.
 #[derive(Clone, Copy, Debug)]
@@ -61,8 +65,15 @@ pub struct Readings {
 pub trait Motor {
     /// Returns what the board has measured.
     fn readings(&mut self) -> Readings;
+    /// Returns what is known of the sensor at the output shaft. A board without one keeps this
+    /// method.
+    fn shaft_sensor(&mut self) -> shaft_sensor::Reading {
+        shaft_sensor::Reading::default()
+    }
     /// Installs a current loop.
     fn install(&mut self, current_loop: CurrentLoop);
+    /// Takes over the current limit of these settings ([`CurrentLoop::set_limits`]).
+    fn set_limits(&mut self, settings: &Settings);
     /// Sets the current that cancels the cogging torque ([`CurrentLoop::set_cogging`]).
     fn set_cogging(&mut self, periods: i32, wave: Wave);
     /// Sets the demand of the bridge ([`CurrentLoop::demand`]).
@@ -85,6 +96,11 @@ pub trait Control {
     fn axle(&mut self) -> &mut Axle;
     /// Runs a tick. A screw also gets the motion of its joint with the time of its measurement, us.
     fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs;
+    /// Takes over the gains and limits of these settings, which take effect at once.
+    fn retune(&mut self, settings: &Settings);
+    /// Takes the newest reading of the sensor at the output shaft. A screw has none, and keeps this
+    /// method.
+    fn locate(&mut self, _: shaft_sensor::Reading) {}
 }
 
 impl Control for Axle {
@@ -94,6 +110,14 @@ impl Control for Axle {
 
     fn tick(&mut self, inputs: Inputs, _: Option<(DriveMotion, u64)>) -> Outputs {
         Axle::tick(self, &inputs)
+    }
+
+    fn retune(&mut self, settings: &Settings) {
+        Axle::retune(self, settings);
+    }
+
+    fn locate(&mut self, shaft: shaft_sensor::Reading) {
+        Axle::locate(self, shaft);
     }
 }
 
@@ -105,6 +129,10 @@ impl<G: Borrow<Geometry>> Control for Screw<G> {
     fn tick(&mut self, axle: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs {
         Screw::tick(self, &screw_control::Inputs { axle, joint })
     }
+
+    fn retune(&mut self, settings: &Settings) {
+        Screw::retune(self, settings);
+    }
 }
 
 impl<C: Control> Control for &mut C {
@@ -114,6 +142,14 @@ impl<C: Control> Control for &mut C {
 
     fn tick(&mut self, inputs: Inputs, joint: Option<(DriveMotion, u64)>) -> Outputs {
         C::tick(self, inputs, joint)
+    }
+
+    fn retune(&mut self, settings: &Settings) {
+        C::retune(self, settings);
+    }
+
+    fn locate(&mut self, shaft: shaft_sensor::Reading) {
+        C::locate(self, shaft);
     }
 }
 
@@ -196,7 +232,8 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
                 heard: Heard::new(parts.settings, joint),
                 targets: Memory::default(),
                 bench: Bench::new(parts.settings.get(Setting::CommandTimeout) as u32),
-                armed: false,
+                tuning: Tuning::new(parts.settings, parts.ratings),
+                retuned: false,
                 store: parts.store,
                 serial: parts.serial,
                 ratings: parts.ratings,
@@ -242,12 +279,18 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         send: &mut impl FnMut(Frame),
     ) -> Ticked {
         self.core.tick(now_us, &mut self.objects, send);
+        if core::mem::take(&mut self.objects.retuned) {
+            self.retune(motor);
+        }
         let axle = self.control.axle();
         if core::mem::take(&mut self.objects.heard.parameters) {
             axle.configure(&self.objects.parameters());
         }
         axle.report(core::mem::take(&mut self.objects.heard.found));
         self.objects.renew_targets();
+        let shaft = motor.shaft_sensor();
+        self.control.locate(shaft);
+        self.objects.publish_shaft(shaft);
         let readings = motor.readings();
         let mut inputs = self.objects.inputs(&readings, now_us);
         let restart = self.core.restarts() && self.leave(&mut inputs);
@@ -268,6 +311,19 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         }
     }
 
+    /// Puts the settings into use that take effect at once.
+    #[inline(never)] // its stack is not that of the tick
+    fn retune(&mut self, motor: &mut impl Motor) {
+        let calibrator = &mut self.measurements.borrow_mut().calibrator;
+        for setting in Setting::live() {
+            if let Some(value) = self.objects.store.value(setting.bounds().key) {
+                calibrator.set(setting, value);
+            }
+        }
+        self.control.retune(calibrator.settings());
+        motor.set_limits(calibrator.settings());
+    }
+
     /// Commands a drive that is to restart to leave operation. Returns whether it has.
     fn leave(&mut self, inputs: &mut Inputs) -> bool {
         self.objects
@@ -275,7 +331,9 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
             .set(axle::OBJECT2050, calibrator::request::NONE);
         let stands = self.control.axle().stands();
         let operates = self.objects.targets.operating();
-        let next = self.leaving.next(stands, self.objects.armed, operates);
+        let next = self
+            .leaving
+            .next(stands, self.objects.tuning.armed, operates);
         inputs.set_point = match next {
             Next::Command(controlword) => Some(SetPoint {
                 controlword,
@@ -300,7 +358,7 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         }
         // A calibration turns the motor, so it releases the brake.
         let calibrates = excitation.is_some();
-        self.objects.armed = calibrates || outputs.bridge != BridgeDemand::Off;
+        self.objects.tuning.update(inputs, outputs, calibrates);
         motor.set_brake(calibrates || outputs.brake_released);
         if outputs.emergency.is_some_and(|code| code != 0) {
             motor.capture(Capture::fault);

@@ -301,7 +301,7 @@ impl<S: Store> Dictionary for Objects<S> {
     }
 
     fn write(&mut self, address: Address, value: &[u8]) -> Result<(), Abort> {
-        settings::write(&mut self.store, address, value, self.armed)
+        settings::write(&mut self.store, address, value, self.armed, false)
     }
 
     fn serves(&self, index: u16) -> bool {

@@ -2,7 +2,7 @@
 //! and what was found in flash (0x2020).
 
 use crate::bus::node::{Abort, Address, Value, number};
-use crate::settings::{FIRST_OBJECT, SettingError};
+use crate::settings::{FIRST_OBJECT, Setting, SettingError};
 use crate::store::{Refused, SCHEMA, State, StoreError};
 
 const SAVE: u16 = 0x1010;
@@ -56,11 +56,11 @@ pub enum SaveError {
 pub trait Store {
     /// Returns the value of the setting with this key.
     fn value(&self, key: u16) -> Option<i32>;
-    /// Changes a setting, for the next save.
+    /// Changes a setting, for the next save. `live`: the node uses the value at once.
     ///
     /// # Errors
     /// [`SettingError`]; nothing is changed.
-    fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError>;
+    fn set(&mut self, key: u16, value: i32, live: bool) -> Result<(), SettingError>;
     /// Saves the settings, with the changes of clients, and verifies them. The node does nothing
     /// else meanwhile.
     ///
@@ -74,7 +74,7 @@ pub trait Store {
     fn clear(&mut self) -> Result<(), SaveError>;
     /// Returns what was found in flash at start.
     fn found(&self) -> Found;
-    /// Whether a setting was changed since the start.
+    /// Whether a setting was changed since the start that the node does not use before a restart.
     fn restart_needed(&self) -> bool;
     /// Whether the node started with no settings besides its node id, or with settings that are
     /// not whole ([`Found::is_whole`]).
@@ -126,8 +126,14 @@ fn in_flash(store: &impl Store, sub: u8) -> Option<Value> {
     Some(Value::new(number, length))
 }
 
+/// Returns the setting that this object is.
+pub(super) fn setting(address: Address) -> Option<Setting> {
+    let key = address.index.wrapping_sub(FIRST_OBJECT);
+    (address.sub == 0).then(|| Setting::from_key(key)).flatten()
+}
+
 /// Writes an object of the settings. An `armed` node does not write its flash: that stops the
-/// processor for longer than the current loop may pause.
+/// processor for longer than the current loop may pause. `live`: the node uses the setting at once.
 ///
 /// # Errors
 /// [`Abort`].
@@ -136,6 +142,7 @@ pub(super) fn write(
     address: Address,
     value: &[u8],
     armed: bool,
+    live: bool,
 ) -> Result<(), Abort> {
     let Address { index, sub } = address;
     let value = number(value);
@@ -148,7 +155,7 @@ pub(super) fn write(
         (SAVE | RESTORE, 1) => Err(Abort::NotStored),
         (SAVE | RESTORE, _) => Err(Abort::NoSubIndex),
         (_, 0) => {
-            let set = store.set(index - FIRST_OBJECT, value as i32);
+            let set = store.set(index - FIRST_OBJECT, value as i32, live);
             set.map_err(|error| match error {
                 SettingError::UnknownKey(_) => Abort::NoObject,
                 SettingError::OutOfRange { setting, got } if got < setting.bounds().minimum => {

@@ -18,6 +18,19 @@ pub struct Description {
     pub maximum: i32,
     /// Value that a node uses if the setting was never set.
     pub default: i32,
+    /// When a written value takes effect in a drive.
+    pub effect: Effect,
+}
+
+/// When a value that a client writes takes effect in a drive.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Effect {
+    /// After a save and a restart.
+    Restart,
+    /// At once. The output of the loops does not jump.
+    Gain,
+    /// At once. While the drive is armed, only a lower value is accepted.
+    Limit,
 }
 
 /// Key and numbers of a row.
@@ -42,11 +55,14 @@ pub(super) struct Packed<const ROWS: usize, const NUMBERS: usize> {
 #[derive(Clone, Copy)]
 struct Row {
     key: u8,
-    /// Index of the scale of its unit.
-    scale: u8,
+    /// Index of the scale of its unit, and its [`Effect`] from the bit [`EFFECT`] on.
+    scale_and_effect: u8,
     /// Indices of minimum, maximum and default.
     numbers: [u8; 3],
 }
+
+/// Lowest bit of the effect.
+const EFFECT: u32 = 4;
 
 impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
     /// Packs the table. `NUMBERS` is [`different_numbers`] of it.
@@ -54,7 +70,7 @@ impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
         let (all, _) = collect(table);
         let row = Row {
             key: 0,
-            scale: 0,
+            scale_and_effect: 0,
             numbers: [0; 3],
         };
         let (mut rows, mut numbers) = ([row; ROWS], [0; NUMBERS]);
@@ -68,7 +84,8 @@ impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
             let [minimum, maximum, default] = numbers_of(&table[index]);
             rows[index] = Row {
                 key: table[index].key as u8,
-                scale: units::scale_index(table[index].unit),
+                scale_and_effect: units::scale_index(table[index].unit)
+                    | (table[index].effect as u8) << EFFECT,
                 numbers: [
                     position(&all, minimum) as u8,
                     position(&all, maximum) as u8,
@@ -94,9 +111,23 @@ impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
         }
     }
 
+    /// Returns the row with this key.
+    pub fn row_of(&self, key: u16) -> Option<usize> {
+        self.rows.iter().position(|row| u16::from(row.key) == key)
+    }
+
     /// Returns the index of the scale of a row's unit.
     pub fn scale(&self, row: usize) -> usize {
-        self.rows[row].scale.into()
+        (self.rows[row].scale_and_effect & ((1 << EFFECT) - 1)).into()
+    }
+
+    /// Returns the effect of a row.
+    pub fn effect(&self, row: usize) -> Effect {
+        match self.rows[row].scale_and_effect >> EFFECT {
+            0 => Effect::Restart,
+            1 => Effect::Gain,
+            _ => Effect::Limit,
+        }
     }
 }
 

@@ -190,6 +190,12 @@ fn rigs_around_the_motor(fault: Fault) -> Vec<Rig> {
             }
             rig
         }),
+        Fault::ShaftMismatch => both(|kind| {
+            let mut rig = located(kind);
+            rig.run(500);
+            rig.shaft_error = Some(6_f64.to_radians());
+            rig
+        }),
         Fault::HoldOverload => both(|kind| {
             let mut rig = running(kind, 0.0, &[]);
             rig.word = Some(controlword::QUICK_STOP);
@@ -226,6 +232,17 @@ fn rigs_around_the_motor(fault: Fault) -> Vec<Rig> {
         }),
         _ => panic!("{fault:?} is no fault of an axle"),
     }
+}
+
+/// A drive that has its position from a shaft sensor.
+pub fn located(three_phase: bool) -> Rig {
+    let mut rig = Rig::new(three_phase, &[(Setting::ShaftSensor, 1)]);
+    rig.shaft_error = Some(0.0);
+    rig.word = Some(0);
+    rig.run(200);
+    assert!(rig.axle.homed());
+    rig.word = None;
+    rig
 }
 
 /// A brushed drive with swapped leads and a heavy load that gathers speed the wrong way, from the

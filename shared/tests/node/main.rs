@@ -32,6 +32,7 @@ mod homing;
 mod index;
 #[cfg(feature = "lockstep")]
 mod limit_switches;
+mod live_settings;
 #[cfg(feature = "lockstep")]
 mod motor_faults;
 #[allow(dead_code)] // the models need the joints
@@ -40,6 +41,8 @@ mod motor_faults;
 mod random;
 mod releasing;
 mod sequences;
+#[cfg(feature = "lockstep")]
+mod shaft_sensor;
 #[path = "../support/sweep.rs"]
 mod sweep;
 mod wire;

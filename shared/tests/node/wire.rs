@@ -18,7 +18,7 @@ use tautrack::node::screw::Screw;
 use tautrack::roles::drive::{Control, Drive, Measurements, Motor, Readings};
 use tautrack::screw::Geometry;
 use tautrack::sensors::{Switches, Temperatures};
-use tautrack::settings::{Setting, Settings};
+use tautrack::settings::{FIRST_OBJECT, Setting, Settings};
 
 pub const ID: u8 = 4;
 pub const GUARD: u8 = 1;
@@ -73,6 +73,10 @@ impl<C: Control> Control for Watched<C> {
         self.watch.outputs.set(Some(outputs));
         outputs
     }
+
+    fn retune(&mut self, settings: &Settings) {
+        self.control.retune(settings);
+    }
 }
 
 type Node<C> = Drive<Watched<C>, Measurements, Memory>;
@@ -91,7 +95,7 @@ pub struct Rotor {
     /// Torque that turns the shaft, N m.
     pub load: f64,
     pub switches: Switches,
-    current: f32,
+    pub current: f32,
     inertia: f64,
     per_ampere: f64,
     counts: f64,
@@ -138,6 +142,8 @@ impl Motor for Rotor {
     }
 
     fn install(&mut self, _: CurrentLoop) {}
+
+    fn set_limits(&mut self, _: &Settings) {}
 
     fn set_cogging(&mut self, _: i32, _: Wave) {}
 
@@ -257,6 +263,28 @@ impl Wire {
         let command = 0x23 | (4 - N as u8) << 2;
         let answer = self.request(command, (index, sub), &value);
         assert_eq!(answer[0], 0x60, "{index:#x}:{sub}, {value:x?}");
+    }
+
+    /// A client writes a setting. Returns the abort code if the node refuses it.
+    pub fn set(&mut self, setting: Setting, value: i32) -> Option<u32> {
+        let object = (FIRST_OBJECT + setting.bounds().key, 0);
+        self.refusal(object, value.to_le_bytes())
+    }
+
+    /// A client saves the settings. Returns the abort code if the node refuses it.
+    pub fn save(&mut self) -> Option<u32> {
+        self.refusal((0x1010, 1), *b"save")
+    }
+
+    fn refusal(&mut self, object: (u16, u8), value: [u8; 4]) -> Option<u32> {
+        let answer = self.request(0x23, object, &value);
+        let code = u32::from_le_bytes(answer[4..].try_into().expect("four bytes"));
+        (answer[0] != 0x60).then_some(code)
+    }
+
+    /// A client reads a setting.
+    pub fn get(&mut self, setting: Setting) -> i32 {
+        i32::from_le_bytes(self.read((FIRST_OBJECT + setting.bounds().key, 0)))
     }
 
     /// A client reads an object of at most four bytes.

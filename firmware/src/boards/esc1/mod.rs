@@ -8,6 +8,7 @@
 //! * `encoder`: TIM4 counts the encoder
 //! * `halls`: reads Hall sensors on the encoder's pads
 //! * `transceiver`: the CAN transceiver and the board's terminator
+//! * `shaft_sensor`: absolute sensor at the output shaft, on the pads of the limit switches
 //! * `switches`: home and limit switches
 //! * `image`: header of the program
 //! * `limits`: bounds of the settings
@@ -26,6 +27,7 @@ mod image;
 mod limits;
 mod over_current;
 mod sampling;
+mod shaft_sensor;
 mod switches;
 mod thermistor;
 mod transceiver;
@@ -46,6 +48,7 @@ use tautrack::math::Crc32;
 use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::motor::rotor::RotorSensor;
+use tautrack::motor::shaft_sensor::{Kind, Reading};
 use tautrack::sensors::{Switches, Temperatures};
 use tautrack::settings::{Setting, Settings};
 
@@ -94,7 +97,14 @@ fn start(role: &'static Role, bus: Spawner) {
             Some(p.PB8)
         }
     };
-    switches::start(home, p.PB3, p.PB4);
+    let limits = match Kind::of(&settings) {
+        Some(kind) => {
+            shaft_sensor::spawn(bus, kind, p.PB3, p.PB4);
+            None
+        }
+        None => Some((p.PB3, p.PB4)),
+    };
+    switches::start(home, limits);
     bridge::start(bridge::Pins {
         timer: p.TIM1,
         high: (p.PA8, p.PA9, p.PA10),
@@ -200,6 +210,10 @@ impl Board for Esc1 {
         bridge::stop()
     }
 
+    fn shaft_sensor() -> Reading {
+        shaft_sensor::read()
+    }
+
     fn index() -> Option<u32> {
         encoder::index()
     }
@@ -210,6 +224,10 @@ impl Board for Esc1 {
 
     fn keep_faults(log: &FaultLog) {
         reset::keep_faults(log);
+    }
+
+    fn set_current_limit(settings: &Settings) {
+        over_current::set_limit(settings);
     }
 
     fn supply_voltage() -> f32 {

@@ -16,8 +16,6 @@ pub const COMPARATORS: [usize; 3] = [1, 2, 4];
 /// Starts the comparators, with the zeros and the current limit of the settings. Must be called
 /// before the bridge's outputs are enabled. Phase c has the zero of phase b.
 pub fn start(settings: &Settings) {
-    let limit = settings.si(Setting::CurrentLimit);
-    let zeros = [Setting::CurrentZeroA, Setting::CurrentZeroB];
     pac::RCC.ahb2enr().modify(|w| w.set_dac3en(true));
     pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
     let dac = pac::DAC3;
@@ -32,10 +30,7 @@ pub fn start(settings: &Settings) {
         w.set_en(0, true);
         w.set_en(1, true);
     });
-    for (channel, zero) in zeros.into_iter().enumerate() {
-        let code = threshold(settings.get(zero), limit);
-        dac.dhr12r(channel).write(|w| w.set_dhr(code));
-    }
+    set_limit(settings);
     // Output 5 of TIM1 blanks them. Its number differs between the comparators (RM0440, table 195).
     for (comparator, blanking) in [
         (pac::COMP1, Blanking::BLANK1),
@@ -50,5 +45,15 @@ pub fn start(settings: &Settings) {
             w.set_inpsel(false);
             w.set_en(true);
         });
+    }
+}
+
+/// Sets the zeros and the current limit of these settings.
+pub fn set_limit(settings: &Settings) {
+    let limit = settings.si(Setting::CurrentLimit);
+    let zeros = [Setting::CurrentZeroA, Setting::CurrentZeroB];
+    for (channel, zero) in zeros.into_iter().enumerate() {
+        let code = threshold(settings.get(zero), limit);
+        pac::DAC3.dhr12r(channel).write(|w| w.set_dhr(code));
     }
 }

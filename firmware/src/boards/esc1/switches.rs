@@ -1,5 +1,5 @@
 //! Home and limit switches: see [`SwitchInputs`]. An axle without limit switches has both inputs
-//! wired to ground.
+//! wired to ground, or a sensor at its output shaft connected to them.
 
 use crate::boards::portable::SwitchInputs;
 use core::cell::RefCell;
@@ -13,16 +13,16 @@ type Inputs = SwitchInputs<Input<'static>, Input<'static>, Input<'static>>;
 
 static INPUTS: Mutex<RefCell<Option<Inputs>>> = Mutex::new(RefCell::new(None));
 
+/// Inputs of the limit switches: at the end of the positive direction, and of the negative one.
+pub type Limits = (Peri<'static, PB3>, Peri<'static, PB4>);
+
 /// Connects the pull-up resistors.
-pub fn start(
-    home: Option<Peri<'static, PB8>>,
-    positive_limit: Peri<'static, PB3>,
-    negative_limit: Peri<'static, PB4>,
-) {
+pub fn start(home: Option<Peri<'static, PB8>>, limits: Option<Limits>) {
+    let (positive_limit, negative_limit) = limits.unzip();
     let inputs = SwitchInputs {
         home: home.map(|pin| Input::new(pin, Pull::Up)),
-        positive_limit: Input::new(positive_limit, Pull::Up),
-        negative_limit: Input::new(negative_limit, Pull::Up),
+        positive_limit: positive_limit.map(|pin| Input::new(pin, Pull::Up)),
+        negative_limit: negative_limit.map(|pin| Input::new(pin, Pull::Up)),
     };
     critical_section::with(|cs| INPUTS.borrow(cs).replace(Some(inputs)));
 }

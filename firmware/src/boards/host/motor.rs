@@ -6,7 +6,7 @@ use tautrack::link::{Sensors, Shaft};
 use tautrack::motor::bridge::PowerStage;
 use tautrack::motor::capture::{Capture, Request};
 use tautrack::motor::cogging::Wave;
-use tautrack::motor::current::{BridgeDemand, CurrentLoop, Excitation, Measurement};
+use tautrack::motor::current::{BridgeDemand, Config, CurrentLoop, Excitation, Measurement};
 use tautrack::roles::drive::{self, Readings};
 use tautrack::sensors::Temperatures;
 use tautrack::settings::Settings;
@@ -82,6 +82,12 @@ impl drive::Motor for Motor {
 
     fn install(&mut self, current_loop: CurrentLoop) {
         self.current_loop = Some(current_loop);
+    }
+
+    fn set_limits(&mut self, settings: &Settings) {
+        if let Some(current_loop) = &mut self.current_loop {
+            current_loop.set_limits(&Config::from_settings(settings, 0));
+        }
     }
 
     fn set_cogging(&mut self, periods: i32, wave: Wave) {

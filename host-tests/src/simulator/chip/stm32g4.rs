@@ -7,9 +7,9 @@
 //! `breaks` has what opens the bridge without software.
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.
 //! `fdcan` is the CAN controller, `serial` a serial line, `i2c` an I2C bus with the sensor modules
-//! on it, `dma` moves its bytes. `wait_states` is the time for which the core waits for the flash
-//! memory. `observe` shows what tests measure, and provokes what they need.
-//! `defect` gives the image a defect.
+//! on it, `dma` moves its bytes, `shaft_sensor` is a sensor on the motor board. `wait_states` is the
+//! time for which the core waits for the flash memory. `observe` shows what tests measure, and
+//! provokes what they need. `defect` gives the image a defect.
 
 mod breaks;
 mod defect;
@@ -21,6 +21,7 @@ mod observe;
 mod part;
 mod reset_values;
 mod serial;
+mod shaft_sensor;
 mod wait_states;
 
 pub use breaks::{Event, SYSCFG_CFGR2};
@@ -32,6 +33,7 @@ pub use i2c::{I2C3, I2C3_ER, I2C3_EV, I2C3_REQUESTS, TIMINGR};
 pub use observe::Executed;
 pub use part::{Part, STM32G431, STM32G474};
 pub use serial::USART1;
+pub use shaft_sensor::{ShaftChip, ShaftSensor};
 
 use super::motor::{AttachedMotor, Bridge, supply_code};
 use super::registers::Registers;
@@ -157,6 +159,7 @@ struct State {
     serial: serial::Line,
     i2c: i2c::Controller,
     modules: Option<Box<i2c::Modules>>,
+    shaft_sensor: Option<ShaftSensor>,
     moved: dma::Moved,
     /// Flash memory and RAM, as the DMA sees them.
     memories: Option<[Arc<RamStore>; 2]>,
@@ -237,7 +240,7 @@ impl State {
             CAN_STATUS => self.can_status(),
             a if a == FDCAN + 0xc4 => self.queue_status(),
             a if a == GPIO + 0x410 => {
-                let levels = u32::from(self.pins().port_b);
+                let levels = self.with_shaft_sensor(u32::from(self.pins().port_b));
                 let halls = self.motor.as_ref().and_then(AttachedMotor::hall_levels);
                 halls.map_or(levels, |halls| levels & !(7 << 6) | halls << 6)
             }
@@ -355,6 +358,7 @@ impl State {
             _ => value,
         };
         self.set(address, value);
+        self.drive_shaft_sensor(address);
     }
 
     /// Counts a change of the flash memory while the gates are driven: the core stops for 22 ms.
@@ -846,6 +850,19 @@ impl Chip {
         if let Some(acts) = self.state().acts() {
             change(acts);
         }
+    }
+
+    /// Connects a sensor at the output shaft to the pads of the limit switches.
+    pub fn connect_shaft_sensor(&mut self, chip: ShaftChip) {
+        self.state().connect_shaft_sensor(chip);
+    }
+
+    /// Changes this sensor.
+    ///
+    /// # Panics
+    /// No sensor is connected.
+    pub fn shaft_sensor<R>(&mut self, change: impl FnOnce(&mut ShaftSensor) -> R) -> R {
+        change(self.state().shaft_sensor.as_mut().expect("a sensor"))
     }
 
     /// Motion of the motor's output shaft; at rest without a motor.

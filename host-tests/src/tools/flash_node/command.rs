@@ -1,8 +1,8 @@
 //! The command line of `cargo flash-node`.
 
-use super::option_bytes;
 use super::probe::{self, Part};
 use super::settings;
+use super::{faults, option_bytes};
 use crate::programs::flash::{self, Segment};
 use crate::programs::settings_pages::{self, Pages};
 use crate::programs::{guard_board, motor_board};
@@ -12,6 +12,8 @@ use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use tautrack::motor::board_limits::Limit;
+use tautrack::settings::Effect;
 
 /// Program of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
@@ -33,6 +35,22 @@ impl Role {
         }
     }
 
+    /// Bounds and defaults of the board.
+    pub fn limits(self) -> &'static [Limit] {
+        match self {
+            Self::Axle | Self::Screw => &settings_pages::motor_board::LIMITS,
+            Self::Guard => &[],
+        }
+    }
+
+    /// Name of the board's chip in probe-rs, and the bytes of its RAM.
+    fn chip(self) -> (&'static str, usize) {
+        match self {
+            Self::Axle | Self::Screw => (probe::MOTOR_BOARD, 32 * 1024),
+            Self::Guard => (probe::GUARD_BOARD, 96 * 1024),
+        }
+    }
+
     /// Product code of the program's object dictionary (`shared/dictionary`).
     pub fn product_code(self) -> u32 {
         match self {
@@ -43,8 +61,8 @@ impl Role {
     }
 }
 
-/// Builds the program of a board and flashes it, and settings if any are given. A motor board also
-/// gets the loader.
+/// Prints the last faults of a board. Then builds its program and flashes it, and settings if any
+/// are given. A motor board also gets the loader.
 #[derive(Parser)]
 #[command(name = "cargo flash-node")]
 pub(super) struct Arguments {
@@ -64,6 +82,9 @@ pub(super) struct Arguments {
     /// Make a motor board's chip start its flash memory whatever its boot pin says.
     #[arg(long)]
     pub set_option_bytes: bool,
+    /// Print the last faults of the connected board, and flash nothing.
+    #[arg(long, conflicts_with = "dry_run")]
+    pub faults: bool,
     /// Print what would be flashed, and the commands, without a probe.
     #[arg(long)]
     pub dry_run: bool,
@@ -84,6 +105,18 @@ fn command(arguments: &Arguments) -> Result<(), String> {
     let settings = settings::collect(arguments)?;
     if !arguments.dry_run {
         probe::check()?;
+        // Flashing overwrites the RAM.
+        let (chip, ram) = arguments.role.chip();
+        let log = faults::of_board(chip, ram / 4);
+        if arguments.faults {
+            print!("{}", log?);
+            return Ok(());
+        }
+        // A chip that is protected or new gives no log, and is flashed nevertheless.
+        print!(
+            "{}",
+            log.unwrap_or_else(|why| format!("fault log: {why}\n"))
+        );
         if arguments.role != Role::Guard {
             option_bytes::look(arguments.set_option_bytes)?;
         }
@@ -94,7 +127,7 @@ fn command(arguments: &Arguments) -> Result<(), String> {
     };
     if !settings.is_empty() {
         let mut pages = Pages::erased();
-        pages.save(&settings)?;
+        pages.save_on(arguments.role.limits(), &settings)?;
         let path = board.program.with_extension("settings.bin");
         write(&path, &pages.0)?;
         println!("settings: {}", path.display());
@@ -102,11 +135,19 @@ fn command(arguments: &Arguments) -> Result<(), String> {
         println!("  {address:#010x} {length:>6} bytes");
         for (setting, value) in &settings {
             let row = setting.description();
-            println!("  {} = {value} {}", row.name, row.unit);
+            println!("  {} = {value} {}{}", row.name, row.unit, live(row.effect));
         }
         board.parts.push(Part::Bytes(path, address));
     }
     probe::flash(board.chip, &board.parts, arguments.dry_run)
+}
+
+/// Marks a setting that a client may change without a restart.
+fn live(effect: Effect) -> &'static str {
+    match effect {
+        Effect::Restart => "",
+        Effect::Gain | Effect::Limit => "  (a running drive takes a new value at once)",
+    }
 }
 
 /// What is written to a board.

@@ -86,11 +86,34 @@ pub(super) fn flash(chip: &str, parts: &[Part], dry_run: bool) -> Result<(), Str
 /// # Errors
 /// One line with the command that failed.
 pub(super) fn read(chip: &str, address: u32) -> Result<u32, String> {
-    let output = access(&["read", "--chip", chip, "b32", &hex(address), "1"])?;
-    // The word alone, or behind its address.
-    let word = output.split_whitespace().next_back().unwrap_or_default();
-    let digits = word.trim_start_matches("0x");
-    u32::from_str_radix(digits, 16).map_err(|_| format!("{PROBE_RS} read: {}", output.trim()))
+    let words = read_words(chip, address, 1)?;
+    words.first().copied().ok_or_else(|| "no word".to_owned())
+}
+
+/// Reads words of this chip's memory.
+///
+/// # Errors
+/// The same.
+pub(super) fn read_words(chip: &str, address: u32, count: usize) -> Result<Vec<u32>, String> {
+    let output = access(&[
+        "read",
+        "--chip",
+        chip,
+        "b32",
+        &hex(address),
+        &count.to_string(),
+    ])?;
+    // The words alone, or in lines behind an address and a colon.
+    let words = output
+        .split_whitespace()
+        .filter(|word| !word.ends_with(':'));
+    let words: Result<Vec<u32>, _> = words
+        .map(|word| u32::from_str_radix(word.trim_start_matches("0x"), 16))
+        .collect();
+    match words {
+        Ok(words) if words.len() == count => Ok(words),
+        _ => Err(format!("{PROBE_RS} read: {}", output.trim())),
+    }
 }
 
 /// Writes a register of this chip.

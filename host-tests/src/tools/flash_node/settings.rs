@@ -8,15 +8,8 @@ use crate::scenario::Scenario;
 use crate::tools::settings::Backup;
 use std::path::Path;
 use std::{fs, io};
-use tautrack::motor::board_limits::{self, Limit};
+use tautrack::motor::board_limits;
 use tautrack::settings::{Setting, Settings};
-
-// What the program of the board refuses.
-#[allow(dead_code)] // the program of the board uses the rest
-#[path = "../../../../firmware/src/boards/esc1/analogue.rs"]
-mod analogue;
-#[path = "../../../../firmware/src/boards/esc1/limits.rs"]
-mod motor_board_limits;
 
 /// Settings to write, each once. Empty if the arguments name none: the pages then stay as they are.
 ///
@@ -40,10 +33,7 @@ pub(super) fn collect(arguments: &Arguments) -> Result<Vec<(Setting, i32)>, Stri
         set(&mut settings, Setting::NodeId, id.into());
     }
     let mut checked = Settings::default();
-    let limits: &[Limit] = match arguments.role {
-        Role::Axle | Role::Screw => &motor_board_limits::LIMITS,
-        Role::Guard => &[],
-    };
+    let limits = arguments.role.limits();
     board_limits::set_defaults(limits, &mut checked);
     for (setting, value) in &settings {
         checked

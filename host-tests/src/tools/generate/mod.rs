@@ -13,7 +13,7 @@ pub mod dictionary;
 pub mod eds;
 pub mod guarantees;
 mod setting_objects;
-mod tables;
+pub(in crate::tools) mod tables;
 pub(crate) mod urdf;
 mod verdicts;
 

@@ -2,7 +2,8 @@
 //! them.
 
 use super::eds::{entry, section};
-use tautrack::settings::{FIRST_OBJECT, TABLE};
+use super::tables::effect;
+use tautrack::settings::{Effect, FIRST_OBJECT, TABLE};
 
 /// Code of the type "integer of 32 bits" (CiA 301).
 const INTEGER32: &str = "0x0004";
@@ -26,5 +27,11 @@ pub fn write(text: &mut String) {
         entry(text, "HighLimit", row.maximum);
         entry(text, "DefaultValue", row.default);
         entry(text, "PDOMapping", 0);
+        if row.effect != Effect::Restart {
+            // A comment: an entry for it is not in CiA 306.
+            *text += "; takes effect in a drive ";
+            *text += effect(row.effect);
+            *text += "\n";
+        }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 use tautrack::faults::{self, Reaction};
-use tautrack::settings;
+use tautrack::settings::{self, Effect};
 
 /// Returns the tables of docs/faults.md: an overview, and one section for each fault.
 pub fn faults() -> String {
@@ -89,19 +89,20 @@ pub fn settings() -> String {
     for &(last, title) in GROUPS {
         let _ = write!(
             text,
-            "### {title}\n\n| Key | Name | Unit | From | To | Default | Meaning |\n|---|---|---|---|---|---|---|\n"
+            "### {title}\n\n| Key | Name | Unit | From | To | Default | Takes effect | Meaning |\n|---|---|---|---|---|---|---|---|\n"
         );
         for (row, meaning) in settings::TABLE.iter().zip(settings::MEANINGS) {
             if (first..=last).contains(&row.key) {
                 let _ = writeln!(
                     text,
-                    "| `{:#06x}` | `{}` | {} | {} | {} | {} | {} |",
+                    "| `{:#06x}` | `{}` | {} | {} | {} | {} | {} | {} |",
                     row.key,
                     row.name,
                     row.unit,
                     row.minimum,
                     row.maximum,
                     row.default,
+                    effect(row.effect),
                     sentence(meaning)
                 );
             }
@@ -112,6 +113,15 @@ pub fn settings() -> String {
     text.truncate(text.trim_end().len());
     text.push('\n');
     text
+}
+
+/// Says when a written value takes effect in a drive.
+pub fn effect(effect: Effect) -> &'static str {
+    match effect {
+        Effect::Restart => "after a restart",
+        Effect::Gain => "at once",
+        Effect::Limit => "at once; while armed, only a lower one",
+    }
 }
 
 /// Converts a doc comment to a sentence of a page: removes the brackets of rustdoc links.

@@ -115,9 +115,9 @@ function createPanel(root, app, link, act, make) {
         if (!Number.isInteger(wanted) || wanted < row.min || wanted > row.max) throw new Error(`${row.name}: a whole number from ${row.min} to ${row.max}`);
         await write(row.index, 0, wanted, 4);
         values.set(row.index, wanted);
-        say(`${row.name} is ${wanted} ${row.unit}. Save it and restart the node: then it counts.`);
+        say(`${row.name} is ${wanted} ${row.unit}. ` + (row.live ? "A drive uses it now; save it to keep it. A guard must restart." : "Save it and restart the node: then it counts."));
       });
-      return make("tr", {}, make("td", { title: `0x${row.index.toString(16)}, default ${row.default}` }, row.name, make("br"), make("small", {}, `${row.min} to ${row.max}`)), make("td", {}, input, ` ${row.unit}`));
+      return make("tr", {}, make("td", { title: `0x${row.index.toString(16)}, default ${row.default}` }, row.name, make("br"), make("small", {}, `${row.min} to ${row.max}` + (row.live ? `, ${row.effect}` : ""))), make("td", {}, input, ` ${row.unit}`));
     }));
   }
   async function readSettings() {

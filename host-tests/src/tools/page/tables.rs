@@ -2,10 +2,11 @@
 //! files.
 
 use crate::tools::generate::dictionary::model::{Access, Dictionary};
+use crate::tools::generate::tables::effect;
 use crate::tools::generate::{ReferenceError, dictionaries};
 use serde_json::{Value, json};
 use tautrack::faults::{self, Reaction};
-use tautrack::settings::{FIRST_OBJECT, TABLE};
+use tautrack::settings::{Effect, FIRST_OBJECT, TABLE};
 
 /// Returns all tables.
 ///
@@ -20,6 +21,8 @@ pub fn tables() -> Result<Value, ReferenceError> {
             "min": row.minimum,
             "max": row.maximum,
             "default": row.default,
+            "effect": effect(row.effect),
+            "live": row.effect != Effect::Restart,
         })
     });
     let faults = faults::TABLE.iter().map(|row| {

@@ -14,7 +14,7 @@ pub(in crate::tools) enum Command {
         /// Name of the setting
         name: String,
     },
-    /// Changes a setting; the node uses it after a save and a restart
+    /// Changes a setting; prints whether the node uses it at once or after a save and a restart
     Set {
         #[command(flatten)]
         node: Node,

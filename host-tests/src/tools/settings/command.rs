@@ -4,8 +4,9 @@ use super::arguments::Command;
 use super::backup::{Backup, Node};
 use super::client::Client;
 use super::error::ToolError;
+use crate::tools::generate::tables::effect;
 use std::io::{self, Write};
-use tautrack::settings::{FIRST_OBJECT, MEANINGS, Setting, TABLE};
+use tautrack::settings::{Effect, FIRST_OBJECT, MEANINGS, Setting, TABLE};
 
 const SAVE: u16 = 0x1010;
 
@@ -31,9 +32,13 @@ pub(in crate::tools) fn run(command: Command) -> Result<(), ToolError> {
             let mut client = Client::open(&node.bus.slcan)?;
             write(&mut client, node.node, setting, value)?;
             say(&with_unit(setting, read(&mut client, node.node, setting)?));
+            say(match setting.effect() {
+                Effect::Restart => "the node uses it after a save and a restart",
+                Effect::Gain | Effect::Limit => "a drive uses it now",
+            });
             if save {
                 self::save(&mut client, node.node)?;
-                say("saved; the node uses it after a restart");
+                say("saved");
             }
         }
         Command::Dump { bus, file } => {
@@ -62,8 +67,13 @@ fn say(line: &str) {
 fn list() {
     for (row, meaning) in TABLE.iter().zip(MEANINGS) {
         say(&format!(
-            "{} [{}] {} to {}, default {}\n    {meaning}",
-            row.name, row.unit, row.minimum, row.maximum, row.default
+            "{} [{}] {} to {}, default {}, takes effect {}\n    {meaning}",
+            row.name,
+            row.unit,
+            row.minimum,
+            row.maximum,
+            row.default,
+            effect(row.effect)
         ));
     }
 }

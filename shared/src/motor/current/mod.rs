@@ -32,7 +32,7 @@ pub use axis::bandwidth_bound;
 pub use means::{Electrical, Means};
 pub use operating_point::{Fixed, OperatingPoint};
 pub use probe::{Excitation, Frame, Measurement};
-pub use setup::{Config, CurrentLoopError, MotorKind};
+pub use setup::{Config, CurrentLoopError, MotorKind, largest_current};
 pub use zero::ZERO_ERROR;
 
 use super::bridge::{CurrentSensing, PowerStage, Readings};

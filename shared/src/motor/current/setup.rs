@@ -220,6 +220,13 @@ impl Config {
     }
 }
 
+/// Returns the largest current limit of which the converters show 150 % in both directions, A.
+pub fn largest_current(sensing: &CurrentSensing, ratings: &Ratings) -> f32 {
+    // The end of the range is one code below full scale.
+    let range = (sensing.range() + (1 << 15)) as f32 / (1 << 30) as f32;
+    range * ratings.full_scale / OVER_CURRENT
+}
+
 impl Config {
     /// Checks that the converters show 150 % of the current limit in both directions.
     ///
@@ -230,9 +237,7 @@ impl Config {
         sensing: &CurrentSensing,
         ratings: &Ratings,
     ) -> Result<(), CurrentLoopError> {
-        // The end of the range is one code below full scale.
-        let range = (sensing.range() + (1 << 15)) as f32 / (1 << 30) as f32;
-        let maximum = range * ratings.full_scale / OVER_CURRENT;
+        let maximum = largest_current(sensing, ratings);
         if self.current_limit > maximum {
             return Err(CurrentLoopError::CurrentTooHigh {
                 got: self.current_limit,
@@ -314,20 +319,15 @@ impl CurrentLoop {
             ),
         };
         let both = matches!(motor, Motor::ThreePhase(..));
-        let per_ampere = (1 << 30) as f32 / ratings.full_scale;
-        let wanted_over_current = to_i32(OVER_CURRENT * config.current_limit * per_ampere);
         let mut current_loop = Self {
             motor,
             sensing: CurrentSensing::default(),
-            zero: ConverterZero::new(both, config.current_limit / ratings.full_scale),
+            zero: ConverterZero::new(both, 0.0),
             fixed: config.fixed(ratings),
-            current_limit: (config.current_limit * per_ampere) as i32,
-            // The largest code is one below full scale.
-            over_current: wanted_over_current,
-            wanted_over_current,
-            largest_sum: to_i32(
-                (SUM * config.current_limit + SUM_ZERO * ratings.full_scale) * per_ampere,
-            ),
+            current_limit: 0,
+            over_current: 0,
+            wanted_over_current: 0,
+            largest_sum: 0,
             demand: Demand::default(),
             left: 0,
             life: DEMAND_CONTROL_PERIODS.saturating_mul(config.periods_per_control),
@@ -341,7 +341,28 @@ impl CurrentLoop {
             compensation: None,
             index: (config.sensor == RotorSensor::Indexed).then(|| Index::new(config.mounting)),
         };
-        current_loop.fit_range();
+        current_loop.set_limits(config);
         Ok(current_loop)
+    }
+
+    /// Takes over the current limit of `config`, and its continuous current. The demand in force
+    /// stays until the next one. A limit beyond what [`Self::new`] accepts ends at the range of the
+    /// converters.
+    pub fn set_limits(&mut self, config: &Config) {
+        let full_scale = self.fixed.ratings.full_scale;
+        let per_ampere = (1 << 30) as f32 / full_scale;
+        let before = self.current_limit;
+        self.current_limit = to_i32(config.current_limit * per_ampere);
+        // The largest code is one below full scale.
+        self.wanted_over_current = to_i32(OVER_CURRENT * config.current_limit * per_ampere);
+        self.largest_sum =
+            to_i32((SUM * config.current_limit + SUM_ZERO * full_scale) * per_ampere);
+        self.zero.set_limit(config.current_limit / full_scale);
+        self.fixed.continuous_current = config.continuous_current;
+        if let Some(compensation) = &mut self.compensation {
+            let change = self.current_limit.saturating_sub(before);
+            compensation.left = compensation.left.saturating_add(change);
+        }
+        self.fit_range();
     }
 }

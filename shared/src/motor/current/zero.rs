@@ -43,7 +43,15 @@ impl Converter {
         let distance = (sum - samples * self.stored) << FRACTION_BITS;
         let away = distance.checked_div(samples).unwrap_or(0);
         let step = bound << (FRACTION_BITS - 3);
-        self.mean += Bound::of_size(step).limit((away - self.mean) >> FILTER_BITS);
+        let difference = away - self.mean;
+        // Rounded away from 0. Otherwise the mean would stop below a constant value, and a missing
+        // code is a current of 2 mA that no demand explains.
+        let rounding = if difference > 0 {
+            (1 << FILTER_BITS) - 1
+        } else {
+            0
+        };
+        self.mean += Bound::of_size(step).limit((difference + rounding) >> FILTER_BITS);
         away.abs() > bound << FRACTION_BITS
     }
 
@@ -77,15 +85,22 @@ impl ConverterZero {
     /// current limit, as a fraction of full scale.
     pub fn new(both: bool, current_limit: f32) -> Self {
         let [a, b] = CurrentSensing::default().zero.map(Converter::new);
-        Self {
+        let mut zero = Self {
             a,
             b,
             both,
-            bound: to_i32((FOLLOWED * current_limit + ZERO_ERROR) * 32_768.0),
+            bound: 0,
             periods: 0,
             far: 0,
             wrong: false,
-        }
+        };
+        zero.set_limit(current_limit);
+        zero
+    }
+
+    /// Sets the current limit, as a fraction of full scale.
+    pub fn set_limit(&mut self, current_limit: f32) {
+        self.bound = to_i32((FOLLOWED * current_limit + ZERO_ERROR) * 32_768.0);
     }
 
     /// Begins with the zero of the settings.
@@ -175,6 +190,15 @@ mod tests {
             assert!((bound - followed).abs() <= 1, "{followed} of {bound}");
         }
         assert!(!zero.is_wrong());
+    }
+
+    #[test]
+    fn a_constant_error_is_followed_to_the_code() {
+        let zero = ConverterZero::new(true, 0.1);
+        for error in -zero.bound..=zero.bound {
+            let followed = take(&mut zero.clone(), error, 60);
+            assert_eq!(followed, Some([STORED + error, STORED - error]));
+        }
     }
 
     #[test]

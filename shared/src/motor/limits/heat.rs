@@ -39,6 +39,11 @@ impl Heat {
         }
     }
 
+    /// Begins with the heat of `before`, the same part with another continuous or peak current.
+    pub fn take_over(&mut self, before: &Self) {
+        self.level = before.level * (self.per_square / before.per_square);
+    }
+
     /// Advances by one control period with the square of the current, A^2. NaN counts as the
     /// largest current.
     ///

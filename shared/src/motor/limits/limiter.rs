@@ -103,6 +103,7 @@ pub struct Limiter {
 
 impl Limiter {
     /// Reads the limits from the settings.
+    #[inline(never)] // an inlined copy is longer than a call
     pub fn new(settings: &Settings) -> Self {
         let current_limit = settings.si(Setting::CurrentLimit);
         let velocity_limit = settings.si(Setting::VelocityLimit);
@@ -130,6 +131,17 @@ impl Limiter {
             current: 0.0,
             direct: 0.0,
         }
+    }
+
+    /// Takes over the limits of these settings. Heat and demand stay.
+    pub fn retune(&mut self, settings: &Settings) {
+        let before = core::mem::replace(self, Self::new(settings));
+        self.winding.take_over(&before.winding);
+        self.bridge.take_over(&before.bridge);
+        if let (Some(voltage), Some(before)) = (&mut self.voltage, &before.voltage) {
+            voltage.take_over(before);
+        }
+        (self.current, self.direct) = (before.current, before.direct);
     }
 
     /// Returns the heat of winding and bridge in thousandths of what their continuous currents

@@ -93,6 +93,11 @@ impl Voltage {
         })
     }
 
+    /// Takes over what `before` has found to be missing.
+    pub fn take_over(&mut self, before: &Self) {
+        self.lacking = before.lacking;
+    }
+
     /// Returns the voltages of one control period. It corrects the computed back-EMF while a
     /// braking motor needs nearly all of the voltage.
     #[inline]

@@ -11,6 +11,17 @@ use crate::settings::{Setting, Settings};
 /// Travel in a control period that no shaft makes, as time at the velocity limit, s.
 const IMPOSSIBLE_SPEED: f32 = 2.0 * CONTROL_PERIOD;
 
+/// Returns the largest step in a control period that the shaft can make, counts.
+#[inline(never)] // an inlined copy is longer than a call
+fn largest_step(settings: &Settings) -> f32 {
+    let velocity_limit = settings.si(Setting::VelocityLimit);
+    let gear = settings.si(Setting::GearRatio);
+    let counts = settings.get(Setting::EncoderCounts) as f32;
+    let counts_per_radian = counts * gear / core::f32::consts::TAU;
+    let halls = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
+    IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian + if halls { SECTOR as f32 } else { 0.0 }
+}
+
 /// The encoder of one axle.
 #[derive(Clone, Debug)]
 pub(super) struct Encoder {
@@ -23,11 +34,6 @@ pub(super) struct Encoder {
 impl Encoder {
     /// Encoder of these settings, before its first reading.
     pub fn new(settings: &Settings) -> Self {
-        let velocity_limit = settings.si(Setting::VelocityLimit);
-        let gear = settings.si(Setting::GearRatio);
-        let counts = settings.get(Setting::EncoderCounts) as f32;
-        let counts_per_radian = counts * gear / core::f32::consts::TAU;
-        let halls = RotorSensor::of(settings).is_some_and(RotorSensor::has_halls);
         let mut observer = Observer::new(
             settings.get(Setting::EncoderCounts),
             settings.get(Setting::GearRatio),
@@ -39,12 +45,14 @@ impl Encoder {
         }
         Self {
             observer,
-            steps: EncoderSteps::new(
-                IMPOSSIBLE_SPEED * velocity_limit * counts_per_radian
-                    + if halls { SECTOR as f32 } else { 0.0 },
-            ),
+            steps: EncoderSteps::new(largest_step(settings)),
             started: false,
         }
+    }
+
+    /// Takes over the velocity limit of these settings.
+    pub fn retune(&mut self, settings: &Settings) {
+        self.steps.set_largest(largest_step(settings));
     }
 
     /// Takes the reading of one control period, counts.

@@ -72,9 +72,26 @@ impl Envelopes {
     /// Creates the envelopes of these settings, and returns a copy of the selected one, that of
     /// operation.
     pub fn new(settings: &Settings) -> (Self, Envelope) {
+        let prepared = Self::prepare(settings);
+        let operation = prepared[0].clone();
+        let envelopes = Self {
+            prepared,
+            selected: 0,
+        };
+        (envelopes, operation)
+    }
+
+    /// Takes over the gains and limits of these settings. The envelope in force keeps its integral.
+    pub fn retune(&mut self, settings: &Settings, in_force: &mut Envelope) {
+        self.prepared = Self::prepare(settings);
+        self.put(self.selected, in_force);
+    }
+
+    #[inline(never)] // an inlined copy is longer than a call
+    fn prepare(settings: &Settings) -> [Envelope; 4] {
         let velocity = settings.si(Setting::VelocityLimit);
         let current = settings.si(Setting::CurrentLimit);
-        let prepared = core::array::from_fn(|index| {
+        core::array::from_fn(|index| {
             let (mut velocity, mut current) = (velocity, current);
             if index & HOMING != 0 {
                 let speed = HOMING_MARGIN * settings.si(Setting::HomingSpeed);
@@ -86,13 +103,7 @@ impl Envelopes {
                 current = limit(settings.si(Setting::BenchCurrent), current);
             }
             Envelope::new(settings, velocity, current)
-        });
-        let envelopes = Self {
-            prepared,
-            selected: 0,
-        };
-        let operation = envelopes.prepared[0].clone();
-        (envelopes, operation)
+        })
     }
 
     /// Returns whether the envelope in force is one of bench mode.
@@ -113,9 +124,12 @@ impl Envelopes {
     /// Puts the envelope of this operation in force.
     pub fn select(&mut self, homing: bool, bench: bool, in_force: &mut Envelope) {
         let index = usize::from(homing) * HOMING + usize::from(bench) * BENCH;
-        if index == self.selected {
-            return;
+        if index != self.selected {
+            self.put(index, in_force);
         }
+    }
+
+    fn put(&mut self, index: usize, in_force: &mut Envelope) {
         let Some(prepared) = self.prepared.get(index) else {
             return; // does not happen: two bits are at most 3
         };

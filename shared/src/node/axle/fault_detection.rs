@@ -73,6 +73,9 @@ impl Axle {
         }
         // Also without power: counts that are lost then are lost for good.
         present.insert_if(Fault::EncoderNoise, inputs.encoder_broken);
+        if WATCHES && let Some(shaft) = &self.shaft {
+            present.insert_if(Fault::ShaftMismatch, shaft.has_drifted());
+        }
         if let Some(fault) = self.commutation.check_index(inputs.electrical.index) {
             present.insert_if(fault, true);
         }

@@ -236,11 +236,14 @@ impl Axle {
     }
 
     /// Sets the present position to `position`, and counts as homed.
-    fn found_home(&mut self, position: Turns) {
+    pub(super) fn found_home(&mut self, position: Turns) {
         self.encoder.set_position(position);
         // These are positions from before homing.
         self.end_stops.clear();
         self.anchor();
+        if let Some(shaft) = &mut self.shaft {
+            shaft.disregard();
+        }
         self.homed = true;
     }
 

@@ -15,6 +15,7 @@
 //! * `stopping`: halt, quick stop, and ramps before the bridge goes off
 //! * `brake`: releases and engages the holding brake
 //! * `commutation`: aligns the rotor before operation is enabled
+//! * `shaft`: position at power-up by an absolute sensor
 //! * `sign_probe`: limits the first current until the shaft has turned the way of its torque
 //! * `encoder`: position and velocity of the shaft
 //! * `end_stops`: keeps the set-point inside of switches and travel
@@ -42,6 +43,7 @@ mod options;
 mod output;
 mod set_points;
 mod setup;
+mod shaft;
 mod sign_probe;
 mod snapshot;
 mod stopping;
@@ -74,6 +76,7 @@ use latch::Latch;
 use offset::Offset;
 use options::Options;
 use set_points::NewestCommand;
+use shaft::Shaft;
 use sign_probe::SignProbe;
 use stopping::{Exit, Stopping};
 use torque::TorqueMode;
@@ -128,6 +131,7 @@ pub struct Axle {
     sign_probe: SignProbe,
     windows: Windows,
     homing: Homing,
+    shaft: Option<Shaft>,
     homed: bool,
     end_stops: EndStops,
     active_limit: ActiveLimit,
@@ -219,7 +223,8 @@ impl Axle {
     }
 
     fn sense(&mut self, inputs: &Inputs) {
-        self.homed &= !inputs.encoder_broken || !self.homing.needed;
+        let needed = self.homing.needed || self.shaft.is_some();
+        self.homed &= !inputs.encoder_broken || !needed;
         self.encoder.update(inputs.encoder);
         if inputs.guard_received {
             if !self.authority.guarded(inputs.now_us) {

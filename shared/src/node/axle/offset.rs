@@ -55,6 +55,11 @@ impl Offset {
         }
     }
 
+    /// Converts the current from the units of one cascade to those of another.
+    pub fn convert(&mut self, from: &Cascade, to: &Cascade) {
+        self.current = to.current(from.amperes(self.current));
+    }
+
     /// Ends the feed-forward.
     #[inline]
     pub fn clear(&mut self) {

@@ -82,8 +82,7 @@ impl Options {
             codes,
             saved: codes,
             profile: Limits::NONE,
-            quick_deceleration: settings
-                .si_or(Setting::QuickStopDeceleration, Setting::AccelerationLimit),
+            quick_deceleration: quick_deceleration(settings),
             following: Window::OFF,
             position: Window::OFF,
             torque_step: 0.0,
@@ -91,6 +90,11 @@ impl Options {
         };
         options.prepare(codes, scale);
         options
+    }
+
+    /// Takes over the acceleration limit of these settings.
+    pub fn retune(&mut self, settings: &Settings) {
+        self.quick_deceleration = quick_deceleration(settings);
     }
 
     /// Puts `codes` in force.
@@ -161,6 +165,10 @@ impl Options {
             ..limits
         }
     }
+}
+
+fn quick_deceleration(settings: &Settings) -> f32 {
+    settings.si_or(Setting::QuickStopDeceleration, Setting::AccelerationLimit)
 }
 
 impl Window {

@@ -5,13 +5,14 @@ use super::brake::Brake;
 use super::commutation::Commutation;
 use super::encoder::Encoder;
 use super::end_stops::EndStops;
-use super::envelope::Envelopes;
+use super::envelope::{Envelope, Envelopes};
 use super::handshake::Handshake;
 use super::homing::Homing;
 use super::latch::Latch;
 use super::offset::Offset;
 use super::options::Options;
 use super::set_points::NewestCommand;
+use super::shaft::Shaft;
 use super::sign_probe::SignProbe;
 use super::stopping::Stopping;
 use super::torque::TorqueMode;
@@ -46,7 +47,7 @@ impl Axle {
     }
 
     /// Creates an axle whose positions on the bus have another scale. The screw uses it. `WATCHES`
-    /// is whether the role may have an [`AngleWatch`].
+    /// is whether the role may have an [`AngleWatch`] and a sensor at its shaft.
     #[inline(never)] // each inlined copy takes stack
     pub(in crate::node) fn with_scale<const WATCHES: bool>(
         settings: &Settings,
@@ -58,6 +59,11 @@ impl Axle {
         let sync_ticks = (settings.get(Setting::SyncPeriod) as u32 / 1_000).max(1);
         let (envelopes, envelope) = Envelopes::new(settings);
         let back_emf = BackEmf::new(settings);
+        let shaft = if WATCHES {
+            Shaft::new(settings, travel)
+        } else {
+            None
+        };
         Self {
             scale,
             bounds: Bounds::new(settings),
@@ -103,11 +109,41 @@ impl Axle {
             sign_probe: SignProbe::new(settings),
             windows: Windows::default(),
             homing: Homing::new(settings, home_position),
-            homed: settings.get(Setting::HomingDirection) == 0,
+            homed: settings.get(Setting::HomingDirection) == 0 && shaft.is_none(),
+            shaft,
             end_stops: EndStops::default(),
             active_limit: ActiveLimit::None,
             lacks_slack: false,
             demand: 0.0,
+        }
+    }
+
+    /// Takes over the gains and limits of these settings, which take effect at once. The current of
+    /// an axle under power does not jump: the integral takes up the difference, within the current
+    /// limit.
+    pub fn retune(&mut self, settings: &Settings) {
+        self.retune_as::<true>(settings);
+    }
+
+    /// As [`Axle::retune`], for the role that `WATCHES` says.
+    #[inline(never)] // its stack is not that of the tick
+    pub(in crate::node) fn retune_as<const WATCHES: bool>(&mut self, settings: &Settings) {
+        let demanded = self.follow(self.envelope.full).current;
+        let before = self.envelope.cascade.clone();
+        self.envelopes.retune(settings, &mut self.envelope);
+        self.offset.convert(&before, &self.envelope.cascade);
+        if self.powered() {
+            let demand = self.follow(self.envelope.full);
+            let Envelope { cascade, full, .. } = &mut self.envelope;
+            cascade.continue_at(before.amperes(demanded), &demand, *full);
+        }
+        self.bounds = Bounds::new(settings);
+        self.limiter.retune(settings);
+        self.encoder.retune(settings);
+        self.options.retune(settings);
+        self.back_emf.retune(settings);
+        if WATCHES && let Some(watch) = &mut self.angle_watch {
+            watch.retune(&self.back_emf);
         }
     }
 

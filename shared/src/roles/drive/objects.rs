@@ -6,17 +6,19 @@ use super::super::settings::{self, Store};
 use super::bench::Bench;
 use super::heard::Heard;
 use super::targets::{Circumstances, Memory, Targets};
+use super::tuning::Tuning;
 use super::{Motor, Readings};
 use crate::bus::cia402::{CONTROL_FAULT_RESET, State, mode};
 use crate::bus::drive_parameters::{self, DriveParameters};
 use crate::bus::network;
-use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values};
+use crate::bus::node::{Abort, Address, Dictionary, Table, Value, Values, number};
 use crate::bus::pdo::DriveMotion;
 use crate::bus::scale::UNCONFIGURED;
 use crate::faults::Fault;
 use crate::motor::bridge::Ratings;
 use crate::motor::capture::{CHANNELS, Request, WINDOW};
 use crate::motor::current::Electrical;
+use crate::motor::shaft_sensor::Reading;
 use crate::node::axle::{Axle, Inputs, Outputs, SetPoint};
 
 /// Index of the torque feed-forward (CiA 402 calls it "torque offset"). It is sent less often than
@@ -34,8 +36,9 @@ pub(super) struct Objects<S> {
     pub heard: Heard,
     pub targets: Memory,
     pub bench: Bench,
-    /// The motor has current.
-    pub armed: bool,
+    pub tuning: Tuning,
+    /// A setting was written that takes effect at once.
+    pub retuned: bool,
     pub store: S,
     pub serial: u32,
     pub ratings: &'static Ratings,
@@ -59,7 +62,16 @@ impl<S: Store> Dictionary for Objects<S> {
     }
 
     fn write(&mut self, address: Address, value: &[u8]) -> Result<(), Abort> {
-        settings::write(&mut self.store, address, value, self.armed)
+        let live = match settings::setting(address) {
+            Some(setting) => {
+                let before = self.store.value(setting.bounds().key).unwrap_or_default();
+                self.tuning.check(setting, before, number(value) as i32)?
+            }
+            None => false,
+        };
+        settings::write(&mut self.store, address, value, self.tuning.armed, live)?;
+        self.retuned |= live;
+        Ok(())
     }
 
     fn serves(&self, index: u16) -> bool {
@@ -260,6 +272,14 @@ impl<S: Store> Objects<S> {
             faulty: !outputs.faults.is_empty(),
         };
         self.targets.end_tick(operating, circumstances, values);
+    }
+
+    /// Writes what is known of the sensor at the output shaft.
+    pub fn publish_shaft(&mut self, reading: Reading) {
+        let values = &mut self.values;
+        values.set(objects::OBJECT206A, reading.condition as u8);
+        values.set(objects::OBJECT206B, reading.errors);
+        values.set(objects::OBJECT206C, reading.angle.to_bits());
     }
 
     /// Follows what a client has written to the objects of the recording, and publishes its state.

@@ -18,7 +18,8 @@ impl Rig {
     fn new(now_us: u64) -> (Self, Vec<Frame>) {
         let settings = settings();
         let guard = Guard::new(&settings).expect("a robot");
-        let mut node = Node::new(&settings, Box::new(guard), Memory::default(), SERIAL);
+        let store = Memory(settings.clone(), false);
+        let mut node = Node::new(&settings, Box::new(guard), store, SERIAL);
         let mut sent = Vec::new();
         node.boot(now_us, &mut |frame| sent.push(frame));
         (Self { node, now_us }, sent)

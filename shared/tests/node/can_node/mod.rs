@@ -6,7 +6,6 @@ mod exchange;
 mod guard;
 
 pub use crate::conformance::NODE;
-use std::collections::HashMap;
 use tautrack::bus::network::NmtState;
 use tautrack::can::Frame;
 use tautrack::motor::bridge::Ratings;
@@ -33,19 +32,17 @@ static RATINGS: Ratings = Ratings {
     full_scale: 40.0,
 };
 
-/// Settings of a client, without flash.
-#[derive(Default)]
-pub struct Memory(HashMap<u16, i32>);
+/// Settings of a client, without flash, and whether one was changed that needs a restart.
+pub struct Memory(pub Settings, bool);
 
 impl Store for Memory {
     fn value(&self, key: u16) -> Option<i32> {
-        let default = Settings::default().of_key(key);
-        default.map(|default| *self.0.get(&key).unwrap_or(&default))
+        self.0.of_key(key)
     }
 
-    fn set(&mut self, key: u16, value: i32) -> Result<(), SettingError> {
-        Settings::default().set(key, value)?;
-        self.0.insert(key, value);
+    fn set(&mut self, key: u16, value: i32, live: bool) -> Result<(), SettingError> {
+        self.0.set(key, value)?;
+        self.1 |= !live;
         Ok(())
     }
 
@@ -62,7 +59,7 @@ impl Store for Memory {
     }
 
     fn restart_needed(&self) -> bool {
-        !self.0.is_empty()
+        self.1
     }
 
     fn unconfigured(&self) -> bool {
@@ -91,6 +88,8 @@ impl Motor for Rotor {
     }
 
     fn install(&mut self, _: CurrentLoop) {}
+
+    fn set_limits(&mut self, _: &Settings) {}
 
     fn set_cogging(&mut self, _: i32, _: Wave) {}
 
@@ -152,7 +151,7 @@ pub fn parts<C>(settings: &Settings, control: C) -> Parts<'_, C, Measurements, M
         settings,
         control,
         measurements: Measurements::new(settings, &RATINGS),
-        store: Memory::default(),
+        store: Memory(settings.clone(), false),
         serial: SERIAL,
         ratings: &RATINGS,
     }

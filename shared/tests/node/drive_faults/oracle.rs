@@ -71,10 +71,11 @@ impl Tally {
     }
 }
 
-const NOT_DRAWN: [Fault; 9] = [
+const NOT_DRAWN: [Fault; 10] = [
     Fault::SafeTorqueOff,
     Fault::ShortCircuit,
     Fault::ProcessorEvent,
+    Fault::ShaftMismatch,
     Fault::BeltLost,
     Fault::NodeLost,
     Fault::UnexpectedState,
