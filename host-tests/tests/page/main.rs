@@ -292,7 +292,11 @@ fn a_gamepad_drives_the_robot() {
         };
         let received = "tautrack.state.sample.received";
         browser.wait(&format!("{received}.guard_state === 'ready'"));
-        press(&mut browser, 0, &format!("{received}.guard_state === 'armed'"));
+        press(
+            &mut browser,
+            0,
+            &format!("{received}.guard_state === 'armed'"),
+        );
         browser.evaluate("pad.axes[3] = -1");
         browser.wait("tautrack.command.chassis_deg > 10");
         browser.evaluate("pad.axes = [0, -1, 0, 0]; 0");
@@ -342,7 +346,11 @@ fn a_visitor_loads_the_robot_and_drops_a_scenario_file() {
         let chosen = "document.getElementById('place').selectedOptions[0].text";
         assert_eq!(browser.evaluate(chosen), "mine.toml");
         // A file with a mistake is refused with its place, and the run goes on.
-        drop(&mut browser, "wrong.toml", &text.replace("friction", "fiction"));
+        drop(
+            &mut browser,
+            "wrong.toml",
+            &text.replace("friction", "fiction"),
+        );
         let refused = "document.getElementById('refused').innerText";
         browser.wait(&format!("{refused}.includes('fiction')"));
         let time = browser.evaluate("tautrack.state.sample.time_s");
@@ -475,7 +483,14 @@ fn a_report_has_the_scene_and_on_paper_the_side_view() {
         let out = folder().join("report");
         let text = |path: &Path| path.to_str().expect("text").to_owned();
         let scenario = text(&scenario("staircase.toml"));
-        demo(&["--nodes", "host", "--scenario", &scenario, "--out", &text(&out)]);
+        demo(&[
+            "--nodes",
+            "host",
+            "--scenario",
+            &scenario,
+            "--out",
+            &text(&out),
+        ]);
         let mut browser = browse("report", &out.join("report.html"));
         browser.wait("document.querySelector('.is-solid')");
         browser.evaluate("seek(14); 0");
@@ -495,13 +510,25 @@ fn a_report_has_the_scene_and_on_paper_the_side_view() {
         let count = |plots: &Value, at: usize| plots[at][0].as_u64().expect("a number");
         assert_eq!(count(&part, 0) + 1, count(&whole, 0));
         assert_eq!(count(&part, 1), count(&whole, 1));
-        let ends: Vec<_> = part.as_array().expect("plots").iter().map(|plot| &plot[1]).collect();
-        assert!(ends.iter().all(|end| **end == *ends[0] && **end != whole[0][1]), "{part}");
+        let ends: Vec<_> = part
+            .as_array()
+            .expect("plots")
+            .iter()
+            .map(|plot| &plot[1])
+            .collect();
+        assert!(
+            ends.iter()
+                .all(|end| **end == *ends[0] && **end != whole[0][1]),
+            "{part}"
+        );
         let height = "document.getElementById('view').clientHeight";
         assert_eq!(browser.evaluate(height), 0);
         browser.call("Emulation.setEmulatedMedia", &json!({ "media": "print" }));
         assert!(browser.evaluate(height).as_u64() > Some(100));
-        assert_eq!(browser.evaluate("document.getElementById('solid').clientHeight"), 0);
+        assert_eq!(
+            browser.evaluate("document.getElementById('solid').clientHeight"),
+            0
+        );
         assert!(browser.errors.is_empty(), "{:?}", browser.errors);
     });
 }

@@ -271,7 +271,11 @@ fn visit(number: u64) -> (Page, Option<bool>) {
     }
     let (mut chassis, mut clearance) = (0.0, 0.29);
     // Every other visitor of a ground lets B2P2 clear it by itself nearly all the time.
-    let autonomous = if number as usize / GROUNDS.len() % 2 == 0 { 0.05 } else { 0.95 };
+    let autonomous = if number as usize / GROUNDS.len() % 2 == 0 {
+        0.05
+    } else {
+        0.95
+    };
     let end = page.advance(0)["sample"]["time_s"]
         .as_f64()
         .expect("a time")
@@ -317,7 +321,10 @@ fn no_visitor_topples_a_robot_on_fair_ground() {
             None => "was not armed",
         };
         let file = GROUNDS[*number as usize % GROUNDS.len()].0;
-        Some(format!("visitor {number} of {file} {what}:\n{}", page.save().0))
+        Some(format!(
+            "visitor {number} of {file} {what}:\n{}",
+            page.save().0
+        ))
     });
     let wrong: Vec<String> = wrong.into_iter().flatten().collect();
     assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));

@@ -94,7 +94,7 @@ function createZmp() {
 }
 
 function createScene(renderer, still) {
-  const ground = renderer.mesh(), belts = renderer.mesh();
+  const ground = renderer.mesh(), belts = [renderer.mesh(), renderer.mesh()];
   const zmpOf = createZmp();
   const trails = { cog: [], zmp: [] };
   const travel = [0, 0];
@@ -155,7 +155,7 @@ function createScene(renderer, still) {
     return contacts.length ? contacts.reduce((sum, point) => sum + point[2], 0) / contacts.length : truth.axle_1[2];
   }
 
-  function beltMesh(strips, turned) {
+  function beltMesh(mesh, strips, turned) {
     const left = matrix.turn(matrix.pose(turned.place, turned.rotation), [0, 1, 0]);
     const points = strips.reduce((sum, strip) => sum + strip.points.length, 0);
     const room = points * 8 * 18 + strips.length * 80 * 36 * 6;
@@ -190,7 +190,7 @@ function createScene(renderer, still) {
         along -= length;
       }
     });
-    belts.fill(beltData, at);
+    mesh.fill(beltData, at);
   }
 
   // Adds the bodies of a state to the items. A ghost is another run of the same robot.
@@ -214,9 +214,10 @@ function createScene(renderer, still) {
         }
       });
     });
-    if (state.sample.belts.length && !ghost) {
-      beltMesh(state.sample.belts, state.sample.bodies[0]);
-      items.push({ mesh: belts, color: theme.tyre });
+    if (state.sample.belts.length) {
+      const mesh = belts[Number(ghost)];
+      beltMesh(mesh, state.sample.belts, state.sample.bodies[0]);
+      items.push({ mesh, color: tone(theme.tyre), casts: !ghost });
     }
     const points = state.sample.truth.points || [];
     for (const line of still.sketch.lines) for (let i = 0; i + 1 < line.length; i++) {

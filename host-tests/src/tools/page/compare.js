@@ -35,6 +35,7 @@ function indexAt(run, time) {
 function shifted(state, by) {
   const move = ([x, y, z]) => [x, y + by, z];
   return { ...state, sample: { ...state.sample, bodies: state.sample.bodies.map(pose => ({ ...pose, place: move(pose.place) })),
+    belts: state.sample.belts.map(belt => ({ ...belt, points: belt.points.map(move) })),
     truth: { ...state.sample.truth, points: (state.sample.truth.points || []).map(move) } } };
 }
 
