@@ -2,13 +2,14 @@
 
 use super::request::Request;
 use super::{Drive, scene};
+use crate::results::scene::{ground, still};
 use crate::scenario::{Description, Scenario};
 use crate::simulator::record::{BusFrame, Sample};
 use crate::simulator::run::{Sink, Unwritten};
 use serde_json::{Value, json};
 
-/// Number of steps for which a run continues after a part has come off the robot.
-const AFTER_COMING_OFF: u64 = 500;
+/// Number of steps for which a run continues after the robot has toppled or a part has come off it.
+const AFTERWARDS: u64 = 500;
 
 /// The page's simulator, with one run at a time.
 #[derive(Default)]
@@ -85,7 +86,7 @@ impl Session {
             Request::Send { id, data } => drive.send(id, data)?,
             Request::Listen(listens) => going.heard.listens = listens,
             Request::Ground { area, cell } => {
-                return Ok(scene::ground(drive.plant(), area, cell));
+                return Ok(ground(drive.plant(), area, cell));
             }
             Request::Save => {
                 return Ok(json!({ "scenario": drive.save()?, "hash": drive.hash() }));
@@ -105,7 +106,7 @@ impl Session {
         }
         self.going = None;
         let drive = Drive::start(&scenario, person)?;
-        let still = scene::still(&scenario, drive.plant());
+        let still = still(&scenario, drive.plant());
         self.going = Some(Going {
             end: (drive.recorded().duration_s * 1e3) as u64,
             drive,
@@ -130,8 +131,9 @@ impl Going {
             self.drive
                 .step(&mut self.heard)
                 .map_err(|error| error.to_string())?;
-            if self.drive.plant().truth().came_off.is_some() {
-                self.end = self.end.min(self.drive.steps() + AFTER_COMING_OFF);
+            let truth = self.drive.plant().truth();
+            if truth.toppled || truth.came_off.is_some() {
+                self.end = self.end.min(self.drive.steps() + AFTERWARDS);
             }
         }
         Ok(())

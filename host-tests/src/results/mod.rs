@@ -1,7 +1,7 @@
 //! Evaluates and presents a run: [`phases`] finds climb and landing, [`channel`] names the
 //! robot-specific channels, [`zmp`] computes centre of gravity and zero moment point, [`summary`]
 //! computes the figures, [`mcap`] records everything for log viewers, [`report`] makes the HTML
-//! page. `robot` is what they ask of a robot.
+//! page, [`scene`] is the 3-D scene of all pages. `robot` is what they ask of a robot.
 
 pub mod channel;
 #[cfg(unix)]
@@ -9,5 +9,6 @@ pub mod mcap;
 pub mod phases;
 pub mod report;
 pub(crate) mod robot;
+pub mod scene;
 pub mod summary;
 pub mod zmp;

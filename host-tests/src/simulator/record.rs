@@ -1,6 +1,6 @@
 //! Record of a run: samples of the plant's ground truth and of the values published on the bus.
 
-use crate::world::truth::{BodyPose, Truth};
+use crate::world::truth::{BodyPose, Strip, Truth};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -25,6 +25,8 @@ pub struct Sample {
     pub drives: Vec<Option<DriveState>>,
     /// Poses of the robot's bodies, in the order of [`crate::world::Plant::bodies`].
     pub bodies: Vec<BodyPose>,
+    /// Belts of the robot as they lie.
+    pub belts: Vec<Strip>,
 }
 
 /// Output shaft of a drive in the simulator's ground truth.

@@ -41,16 +41,27 @@ fn page() -> &'static Path {
     })
 }
 
-/// Opens the page in a browser of its own.
-fn open(name: &str) -> Browser {
-    let page = page();
-    let profile = folder().join(name);
+/// Opens a file in a browser of its own, whose profile has this name.
+fn browse(name: &str, file: &Path) -> Browser {
+    let profile = folder().join("profiles").join(name);
     let _ = fs::remove_dir_all(&profile);
     let mut browser = Browser::start(&profile);
     browser.dress(DESKTOP, false);
-    browser.open(page);
-    browser.wait("window.tautrack?.state");
+    browser.open(file);
     browser
+}
+
+/// Opens the page in a browser of its own.
+fn open(name: &str) -> Browser {
+    let mut browser = browse(name, page());
+    browser.wait("window.tautrack?.state && document.getElementById('loading').hidden");
+    browser
+}
+
+/// A scenario file of the project.
+fn scenario(name: &str) -> PathBuf {
+    let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
+    root.join("host-tests/scenarios").join(name)
 }
 
 /// Runs a test, unless it has passed with the same page.
@@ -163,8 +174,6 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         browser.wait("tautrack.command.chassis_deg >= 45");
         browser.key(false, "KeyE");
         browser.key(true, "KeyW");
-        browser.wait("tautrack.state.sample.received.odometry > 0.2");
-        keep_picture(&mut browser, "drive");
         browser.wait("/refuse/.test(document.getElementById('verdict').innerText)");
         let reason = browser.evaluate("document.getElementById('reason').innerText");
         let reason = reason.as_str().expect("a text");
@@ -235,6 +244,118 @@ fn the_panel_reads_writes_saves_and_finds_a_setting_after_a_restart() {
         browser.evaluate("document.getElementById('panel-plot').scrollIntoView()");
         keep_picture(&mut browser, "panel");
         browser.assert_repeats("panel");
+        browser.assert_no_errors();
+    });
+}
+
+#[test]
+fn b2p2_climbs_the_stairs_by_itself() {
+    unless_unchanged("climb", || {
+        let mut browser = open("climb");
+        browser.choose("B2P2: stairs");
+        browser.evaluate("tautrack.speed = 4");
+        browser.arm();
+        // The visitor holds one key; nobody commands the chassis angle.
+        browser.click("#autonomous");
+        browser.key(true, "KeyW");
+        browser.wait("tautrack.state.sample.truth.pitch > 0.3");
+        assert!(
+            browser
+                .evaluate("document.getElementById('figures').innerText")
+                .as_str()
+                .is_some_and(|figures| figures.contains("By itself")),
+        );
+        keep_picture(&mut browser, "climb");
+        browser.wait("tautrack.state.sample.received.clearance === 'approach' && tautrack.state.sample.truth.cog[2] > 0.75");
+        browser.key(false, "KeyW");
+        let truth = browser.evaluate("tautrack.state.sample.truth");
+        assert_eq!(truth["toppled"], false, "{truth}");
+        assert_eq!(browser.evaluate("tautrack.command.chassis_deg"), 0);
+        browser.assert_repeats("climbed");
+        browser.assert_no_errors();
+    });
+}
+
+#[test]
+fn a_gamepad_drives_the_robot() {
+    unless_unchanged("gamepad", || {
+        let mut browser = open("gamepad");
+        browser.evaluate(
+            "window.pad = { index: 1, axes: [0, 0, 0, 0], buttons: Array.from({ length: 16 }, () => ({ pressed: false })) }; \
+             Object.defineProperty(navigator, 'getGamepads', { value: () => [null, window.pad] }); 0",
+        );
+        // A button is held until it has its effect.
+        let press = |browser: &mut Browser, button: usize, effect: &str| {
+            browser.evaluate(&format!("pad.buttons[{button}].pressed = true"));
+            browser.wait(effect);
+            browser.evaluate(&format!("pad.buttons[{button}].pressed = false"));
+        };
+        let received = "tautrack.state.sample.received";
+        browser.wait(&format!("{received}.guard_state === 'ready'"));
+        press(
+            &mut browser,
+            0,
+            &format!("{received}.guard_state === 'armed'"),
+        );
+        browser.evaluate("pad.axes[3] = -1");
+        browser.wait("tautrack.command.chassis_deg > 10");
+        browser.evaluate("pad.axes = [0, -1, 0, 0]; 0");
+        browser.wait("tautrack.state.sample.truth.ground_speed > 0.1");
+        // A stick that rests beside its middle commands nothing.
+        browser.evaluate("pad.axes = [0.1, 0.1, 0, 0.1]; 0");
+        browser.wait("tautrack.command.speed_mps === 0 && tautrack.command.yaw_rate_deg_s === 0");
+        browser.evaluate("pad.axes[0] = 1");
+        browser.wait("tautrack.state.sample.truth.yaw < -0.05");
+        let stopped = format!("{received}.verdict === 'refused: emergency stop'");
+        press(&mut browser, 8, &stopped);
+        browser.assert_no_errors();
+    });
+}
+
+#[test]
+fn a_visitor_loads_the_robot_and_drops_a_scenario_file() {
+    unless_unchanged("load", || {
+        let mut browser = open("load");
+        browser.click("[data-tab=setup]");
+        let form = "const form = document.getElementById('changes').elements";
+        browser.evaluate(&format!(
+            "(() => {{ {form}; form.mass.value = 1.5; form.x.value = 0.2; form.y.value = -0.05; form.z.value = 0.12; }})()"
+        ));
+        keep_picture(&mut browser, "load");
+        browser.evaluate("tautrack.state = null");
+        browser.click("#changes button");
+        browser.wait("tautrack.state");
+        let payload = browser.evaluate("tautrack.still.description.robot.b2p2.payload");
+        assert_eq!(payload["mass_kg"], 1.5, "{payload}");
+        assert_eq!(payload["place_m"], json!([0.2, -0.05, 0.12]), "{payload}");
+        assert_eq!(payload["declared"], true, "{payload}");
+        browser.wait("tautrack.state.sample.time_s > 0.5 && !tautrack.busy");
+        browser.assert_repeats("loaded");
+
+        let drop = |browser: &mut Browser, name: &str, text: &str| {
+            browser.evaluate(&format!(
+                "(() => {{ const data = new DataTransfer(); data.items.add(new File([{}], {name:?})); \
+                 document.body.dispatchEvent(new DragEvent('drop', {{ dataTransfer: data, bubbles: true, cancelable: true }})); }})()",
+                Value::from(text)
+            ));
+        };
+        let file = scenario("hylos/hazards/quick-turn-uphill.toml");
+        let text = fs::read_to_string(file).expect("a scenario");
+        drop(&mut browser, "mine.toml", &text);
+        browser.wait("tautrack.still.robot === 'hylos'");
+        let chosen = "document.getElementById('place').selectedOptions[0].text";
+        assert_eq!(browser.evaluate(chosen), "mine.toml");
+        // A file with a mistake is refused with its place, and the run goes on.
+        drop(
+            &mut browser,
+            "wrong.toml",
+            &text.replace("friction", "fiction"),
+        );
+        let refused = "document.getElementById('refused').innerText";
+        browser.wait(&format!("{refused}.includes('fiction')"));
+        let time = browser.evaluate("tautrack.state.sample.time_s");
+        browser.wait(&format!("tautrack.state.sample.time_s > {time}"));
+        assert_eq!(browser.evaluate(chosen), "mine.toml");
         browser.assert_no_errors();
     });
 }
@@ -335,8 +456,7 @@ fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
 fn the_comparison_shows_a_robot_that_topples_without_the_guard() {
     unless_unchanged("compare", || {
         let out = folder();
-        let root = checkout::root().unwrap_or_else(|error| panic!("{error}"));
-        let scenario = root.join("host-tests/scenarios/staircase-front-kept-up.toml");
+        let scenario = scenario("staircase-front-kept-up.toml");
         let text = |path: &Path| path.to_str().expect("text").to_owned();
         demo(&[
             "--compare",
@@ -345,11 +465,7 @@ fn the_comparison_shows_a_robot_that_topples_without_the_guard() {
             "--out",
             &text(&out),
         ]);
-        let profile = out.join("compare");
-        let _ = fs::remove_dir_all(&profile);
-        let mut browser = Browser::start(&profile);
-        browser.dress(DESKTOP, false);
-        browser.open(&out.join("compare.html"));
+        let mut browser = browse("compare", &out.join("compare.html"));
         browser.wait("window.tautrack?.frames.length > 3");
         let outcomes = browser.evaluate("tautrack.runs.map(run => run.outcome)");
         assert_eq!(outcomes, json!(["did not topple", "toppled"]));
@@ -358,5 +474,61 @@ fn the_comparison_shows_a_robot_that_topples_without_the_guard() {
         browser.evaluate("new Promise(done => setTimeout(done, 500))");
         keep_picture(&mut browser, "compared");
         browser.assert_no_errors();
+    });
+}
+
+#[test]
+fn a_report_has_the_scene_and_on_paper_the_side_view() {
+    unless_unchanged("report", || {
+        let out = folder().join("report");
+        let text = |path: &Path| path.to_str().expect("text").to_owned();
+        let scenario = text(&scenario("staircase.toml"));
+        demo(&[
+            "--nodes",
+            "host",
+            "--scenario",
+            &scenario,
+            "--out",
+            &text(&out),
+        ]);
+        let mut browser = browse("report", &out.join("report.html"));
+        browser.wait("document.querySelector('.is-solid')");
+        browser.evaluate("seek(14); 0");
+        for (size, screen) in [(DESKTOP, "desktop"), (PHONE, "phone")] {
+            for (dark, theme) in [(false, "light"), (true, "dark")] {
+                browser.dress(size, dark);
+                browser.evaluate("new Promise(done => setTimeout(done, 800))");
+                keep_picture(&mut browser, &format!("report-{screen}-{theme}"));
+            }
+        }
+        browser.dress(DESKTOP, false);
+        // Every plot shows the same part of the run, without a curve that is switched off.
+        let plots = "[...document.querySelectorAll('#plots figure')].map(figure => [figure.querySelectorAll('path').length, [...figure.querySelectorAll('text')].at(-1).textContent])";
+        let whole = browser.evaluate(plots);
+        browser.evaluate("zoom(10, 14); document.querySelector('#plots .key input').click()");
+        let part = browser.evaluate(plots);
+        let count = |plots: &Value, at: usize| plots[at][0].as_u64().expect("a number");
+        assert_eq!(count(&part, 0) + 1, count(&whole, 0));
+        assert_eq!(count(&part, 1), count(&whole, 1));
+        let ends: Vec<_> = part
+            .as_array()
+            .expect("plots")
+            .iter()
+            .map(|plot| &plot[1])
+            .collect();
+        assert!(
+            ends.iter()
+                .all(|end| **end == *ends[0] && **end != whole[0][1]),
+            "{part}"
+        );
+        let height = "document.getElementById('view').clientHeight";
+        assert_eq!(browser.evaluate(height), 0);
+        browser.call("Emulation.setEmulatedMedia", &json!({ "media": "print" }));
+        assert!(browser.evaluate(height).as_u64() > Some(100));
+        assert_eq!(
+            browser.evaluate("document.getElementById('solid').clientHeight"),
+            0
+        );
+        assert!(browser.errors.is_empty(), "{:?}", browser.errors);
     });
 }

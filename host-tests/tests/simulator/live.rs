@@ -248,8 +248,9 @@ const GROUNDS: [(&str, &str, f64); 8] = [
     ("hylos/loop.toml", "", 0.0),
 ];
 
-/// Lets a visitor press random keys for half a minute. Returns the run, and whether it toppled.
-fn visit(number: u64) -> (Page, bool) {
+/// Lets a visitor press random keys for half a minute after arming. Returns the run, and whether it
+/// toppled; `None` if the guard did not arm the robot.
+fn visit(number: u64) -> (Page, Option<bool>) {
     let mut random = Random::new(&[2026, number]);
     let (file, robot, most_kg) = GROUNDS[number as usize % GROUNDS.len()];
     let changes = if robot.is_empty() {
@@ -266,9 +267,15 @@ fn visit(number: u64) -> (Page, bool) {
     };
     let mut page = Page::start(file, &changes, true);
     if page.tries_to_arm().is_none() {
-        return (page, false);
+        return (page, None);
     }
     let (mut chassis, mut clearance) = (0.0, 0.29);
+    // Every other visitor of a ground lets B2P2 clear it by itself nearly all the time.
+    let autonomous = if number as usize / GROUNDS.len() % 2 == 0 {
+        0.05
+    } else {
+        0.95
+    };
     let end = page.advance(0)["sample"]["time_s"]
         .as_f64()
         .expect("a time")
@@ -276,13 +283,13 @@ fn visit(number: u64) -> (Page, bool) {
     loop {
         let key = |random: &mut Random| [-1.0, 0.0, 1.0, 1.0][random.below(4) as usize];
         let turn = [-25.0, 0.0, 0.0, 25.0][random.below(4) as usize];
-        chassis += random.between(-30.0, 30.0);
-        clearance += random.between(-0.05, 0.05);
+        chassis = f64::clamp(chassis + random.between(-30.0, 30.0), -90.0, 90.0);
+        clearance = f64::clamp(clearance + random.between(-0.05, 0.05), 0.1, 0.4);
         let speed = if robot.is_empty() { 0.3 } else { 0.15 };
         let command = json!({
             "speed_mps": speed * key(&mut random), "yaw_rate_deg_s": turn, "chassis_deg": chassis,
             "clearance_m": clearance, "step_m": if random.chance(0.2) { 0.1 } else { 0.0 },
-            "released": random.chance(0.05),
+            "released": random.chance(0.05), "autonomous": random.chance(autonomous),
         });
         page.ask(&json!({ "command": command }));
         match random.below(20) {
@@ -298,7 +305,7 @@ fn visit(number: u64) -> (Page, bool) {
             || truth.get("came_off").is_some()
             || state["sample"]["time_s"].as_f64() > Some(end)
         {
-            return (page, toppled);
+            return (page, Some(toppled));
         }
     }
 }
@@ -306,10 +313,19 @@ fn visit(number: u64) -> (Page, bool) {
 #[test]
 fn no_visitor_topples_a_robot_on_fair_ground() {
     let visitors: Vec<u64> = (0..if complete() { 200 } else { 8 }).collect();
-    let toppled = parallel::map(&visitors, |number| {
+    let wrong = parallel::map(&visitors, |number| {
         let (mut page, toppled) = visit(*number);
-        toppled.then(|| format!("visitor {number}:\n{}", page.save().0))
+        let what = match toppled {
+            Some(false) => return None,
+            Some(true) => "toppled",
+            None => "was not armed",
+        };
+        let file = GROUNDS[*number as usize % GROUNDS.len()].0;
+        Some(format!(
+            "visitor {number} of {file} {what}:\n{}",
+            page.save().0
+        ))
     });
-    let toppled: Vec<String> = toppled.into_iter().flatten().collect();
-    assert!(toppled.is_empty(), "{}", toppled.join("\n\n"));
+    let wrong: Vec<String> = wrong.into_iter().flatten().collect();
+    assert!(wrong.is_empty(), "{}", wrong.join("\n\n"));
 }

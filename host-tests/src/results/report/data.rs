@@ -26,6 +26,7 @@ pub(super) struct Data<'a> {
     ground: Vec<Section>,
     ground_one: f64,
     view: Value,
+    scene: String,
     points: Vec<&'a [i32]>,
     sketch: Option<DrawnSketch<'a>>,
     summary: &'a Summary,
@@ -83,6 +84,7 @@ pub(super) fn pack<'a>(
         view: json!({
             "scale": camera.scale, "wide": camera.wide(), "narrow": camera.narrow(),
         }),
+        scene: page.pictures.pack(scenario, plant.as_ref()),
         points: shown.iter().map(|shown| &shown.points[..]).collect(),
         sketch: sketch(page, scenario, summary),
         summary,

@@ -1,9 +1,11 @@
 //! Makes `report.html`: one page that shows a run, on a laptop or a phone, without network access.
 //!
 //! [`Page`] collects what the page shows while the run goes on, with the curves of `columns` and
-//! [`channels`], the side view of `path` and the `marks` of the time line. `decimation` bounds its
-//! memory, `data` packs it. In the page `sketch.js` or the robot's own script draws the robot,
-//! `scene.js` its surroundings, `plots.js` the curves, and `page.js` everything else.
+//! [`channels`], the side view of `path`, the 3-D scene of `pictures` and the `marks` of the time
+//! line. `decimation` bounds its memory, `data` packs it. In the page `solid.js` shows the scene.
+//! For paper, and where a browser cannot draw the scene, `sketch.js` or the robot's own script
+//! draws the robot from the side, and `scene.js` its surroundings. `plots.js` draws the curves,
+//! and `page.js` does everything else.
 
 pub mod channels;
 mod columns;
@@ -12,22 +14,18 @@ pub mod decimation;
 mod marks;
 mod page;
 mod path;
+mod pictures;
 
 use page::Drawing;
 
 pub use columns::Source;
 pub use page::{AxlesOf, OwnPage, Page};
 
+use crate::results::scene::SCRIPTS;
 use crate::results::summary::Summary;
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 use std::io::{self, Write};
-
-/// Scripts of the 3-D scene, in the order in which a page needs them.
-pub const SCENE: [&str; 2] = [
-    include_str!("../scene/gl.js"),
-    include_str!("../scene/robot.js"),
-];
 
 /// The complete page of a run whose samples are in memory.
 ///
@@ -70,11 +68,15 @@ impl Page {
 /// The page with the script of the robot and a place for its data.
 fn frame(scenario: &Scenario, script: &str) -> String {
     let title = escape(&scenario.name);
+    let [gl, shapes] = SCRIPTS;
     let parts = [
         ("{{title}}", title.as_str()),
         ("{{style}}", include_str!("page.css")),
         ("{{robot}}", script),
         ("{{scene}}", include_str!("scene.js")),
+        ("{{gl}}", gl),
+        ("{{shapes}}", shapes),
+        ("{{solid}}", include_str!("solid.js")),
         ("{{plots}}", include_str!("plots.js")),
         ("{{page}}", include_str!("page.js")),
     ];

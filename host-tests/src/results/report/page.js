@@ -124,6 +124,7 @@ function show() {
   const at = name => run.series[name][index] ?? 0;
   at.index = index;
   scene.show(at);
+  solid.show(time);
   for (const group of plots) group.show(at);
   byId("scrub").value = time;
   // If no tick is pointed at, the text is that of the last mark.
@@ -133,6 +134,11 @@ function show() {
   const verdict = textAt(run.verdict, index), state = textAt(run.guardState, index);
   byId("state").replaceChildren("Guard ", Object.assign(document.createElement("b"), { textContent: state || "not received yet" }), verdict ? `, command ${verdict}` : "");
   byId("now").textContent = minus(`pitch ${at("pitch").toFixed(1)}°`) + " · " + robotPage.now(at);
+}
+// Shows a span of time in all plots, as far as the run has it.
+function zoom(from, to) {
+  const length = Math.min(end || 1, Math.max(.2, to - from)), start = Math.min((end || 1) - length, Math.max(0, from));
+  for (const group of plots) group.shows(start, length);
 }
 function play(on) {
   playing = on;
@@ -147,9 +153,10 @@ function frame(now) {
   if (time >= end) play(false); else requestAnimationFrame(frame);
 }
 const scene = makeScene(byId("view"), run);
+let solid = { show() {} };
 const plots = [
-  makePlots(byId("plots"), robotPage.plots(PLOTS), run, moment => seek(moment)),
-  ...(summary.zero_moment_point ? [makePlots(byId("balance-plots"), BALANCE_PLOTS, run, moment => seek(moment))] : []),
+  makePlots(byId("plots"), robotPage.plots(PLOTS), run, seek, zoom),
+  ...(summary.zero_moment_point ? [makePlots(byId("balance-plots"), BALANCE_PLOTS, run, seek, zoom)] : []),
 ];
 byId("scrub").max = end;
 byId("scrub").oninput = event => seek(Number(event.target.value));
@@ -161,5 +168,6 @@ document.onkeydown = event => {
   if (event.key === "ArrowLeft") seek(time - 0.1);
 };
 addEventListener("resize", () => { scene.resize(); for (const group of plots) group.draw(); show(); });
+makeSolid(byId("solid"), run.scene).then(made => { solid = made; solid.show(time); });
 // A page opened with #t=12.5 starts at 12.5 s.
 seek(Number((location.hash.match(/^#t=([\d.]+)$/) || [])[1] || 0));

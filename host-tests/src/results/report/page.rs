@@ -4,6 +4,7 @@ use super::columns::{BALANCE_CURVES, CURVES, Source, steps};
 use super::decimation::{Decimated, Merge, Span};
 use super::marks::Marks;
 use super::path::{Bounds, Path, Pose};
+use super::pictures::Pictures;
 use crate::results::robot;
 use crate::results::summary::intervenes;
 use crate::results::zmp::{Balance, Moment};
@@ -32,6 +33,7 @@ pub struct Page {
     /// The curves of [`BALANCE_CURVES`]; the same intervals as `shown`, half a second late.
     pub(super) moments: Decimated<Vec<Span>>,
     pub(super) marks: Marks,
+    pub(super) pictures: Pictures,
 }
 
 /// How the page draws the robot, and what it shows of it.
@@ -112,6 +114,7 @@ impl Page {
             balance: Balance::new(scenario),
             moments: Decimated::default(),
             marks: Marks::default(),
+            pictures: Pictures::default(),
         }
     }
 
@@ -144,6 +147,7 @@ impl Page {
             }
         }
         self.marks.add(sample);
+        self.pictures.add(sample);
     }
 
     /// Adds the moments that are left at the end of the run. Returns the times of the first and the

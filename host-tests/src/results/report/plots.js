@@ -1,4 +1,5 @@
-// Draws curves over time with one shared cursor. A plot is left out if the robot lacks one of its
+// Draws curves over time with one shared cursor and one shared span of time, which the wheel with
+// the control key changes. A box hides its curve. A plot is left out if the robot lacks one of its
 // curves. Each curve is drawn with the minimum and maximum of each pixel column, which include those
 // of all samples that the page leaves out.
 const PLOTS = [
@@ -14,8 +15,9 @@ const BALANCE_PLOTS = [
   { title: "ZMP − CoG", unit: "% of length", zero: true, areas: true, limits: [-6, 6], curves: [["raw", "zmpOff", "", 1], ["smoothed, 0.15 s", "zmpOffSmoothed", "", 0]] },
 ];
 
-function makePlots(host, wanted, run, seek) {
-  const times = run.series.t, start = 0, span = times[times.length - 1] || 1;
+function makePlots(host, wanted, run, seek, zoom) {
+  const times = run.series.t;
+  let start = 0, span = times[times.length - 1] || 1;
   const space = { left: 46, right: 8, top: 8, bottom: 20, height: 168 };
   const svgNs = "http://www.w3.org/2000/svg";
   const element = (name, attributes, parent) => {
@@ -41,14 +43,15 @@ function makePlots(host, wanted, run, seek) {
     caption.innerHTML = `<strong>${plot.title} <span class="unit">${plot.unit}</span></strong>`;
     const svg = element("svg", { role: "img", "aria-label": `${plot.title}, ${plot.unit}, over time` }, figure);
     const curves = plot.curves.map(([label, name, dash, colour], i) => {
-      const key = caption.appendChild(document.createElement("span"));
+      const key = caption.appendChild(document.createElement("label")), box = key.appendChild(document.createElement("input"));
+      Object.assign(box, { type: "checkbox", checked: true, onchange: () => draw() });
       key.className = "key";
       // The page has four colours. More curves get hues around the colour circle.
       const paint = plot.curves.length > 4 ? `hsl(${i * 360 / plot.curves.length} 60% 48%)` : `var(--c${colour ?? i})`;
       key.style.setProperty("--key", paint);
       if (dash) key.style.setProperty("--dash", dash);
       key.append(label + " ");
-      return { values: run.series[name], least: run.least[name], most: run.most[name], dash, paint, value: key.appendChild(document.createElement("b")) };
+      return { values: run.series[name], least: run.least[name], most: run.most[name], dash, paint, box, value: key.appendChild(document.createElement("b")) };
     });
     let low = Infinity, high = -Infinity;
     const within = plot.range ? plot.range.map(name => ({ least: run.least[name], most: run.most[name] })) : curves;
@@ -64,24 +67,32 @@ function makePlots(host, wanted, run, seek) {
     const pad = (high - low) * 0.06 || 0.5;
     low -= low === 0 && plot.zero ? 0 : pad; high += pad;
     if (plot.limits) { low = Math.max(low, plot.limits[0]); high = Math.min(high, plot.limits[1]); }
-    const seekTo = event => {
+    const timeAt = event => {
       const box = svg.getBoundingClientRect();
-      seek(start + span * Math.max(0, Math.min(1, (event.clientX - box.left - space.left) / (box.width - space.left - space.right))));
+      return start + span * Math.max(0, Math.min(1, (event.clientX - box.left - space.left) / (box.width - space.left - space.right)));
     };
+    const seekTo = event => seek(timeAt(event));
+    svg.addEventListener("wheel", event => {
+      if (!event.ctrlKey) return;
+      event.preventDefault();
+      const by = Math.exp(event.deltaY * .002), here = timeAt(event);
+      zoom(here - (here - start) * by, here + (start + span - here) * by);
+    }, { passive: false });
+    svg.addEventListener("dblclick", () => zoom(0, Infinity));
     svg.addEventListener("pointerdown", event => { svg.setPointerCapture(event.pointerId); seekTo(event); });
     svg.addEventListener("pointermove", event => { if (event.buttons) seekTo(event); });
     return { plot, svg, curves, low, high };
   });
 
   function path({ values, least: minima, most: maxima }, width, y) {
-    let text = "", pen = false, column = -1, least, most, end;
+    let text = "", pen = false, column = null, least, most, end;
     const x = time => space.left + (time - start) / span * width;
     const flush = () => {
-      if (column < 0) return;
+      if (column === null) return;
       const at = (space.left + column).toFixed(0);
       text += `${pen ? "L" : "M"}${at} ${y(least).toFixed(1)}`;
       if (most > least) text += `L${at} ${y(most).toFixed(1)}L${at} ${y(end).toFixed(1)}`;
-      pen = true; column = -1;
+      pen = true; column = null;
     };
     for (let i = 0; i < values.length; i++) {
       const value = values[i];
@@ -102,7 +113,9 @@ function makePlots(host, wanted, run, seek) {
       svg.replaceChildren();
       svg.setAttribute("viewBox", `0 0 ${total} ${space.height}`);
       svg.style.height = `${space.height}px`;
-      for (const [from, to] of run.bands) {
+      for (const [begins, ends] of run.bands) {
+        const from = Math.max(start, begins), to = Math.min(start + span, ends);
+        if (to < from) continue;
         const x = space.left + (from - start) / span * width;
         element("rect", { x, width: Math.max(1, (to - from) / span * width), y: space.top, height: floor - space.top, fill: "var(--mark-guard)", opacity: 0.18 }, svg);
       }
@@ -118,30 +131,37 @@ function makePlots(host, wanted, run, seek) {
         const isLast = i === columns.lines.length - 1;
         element("text", { x, y: space.height - 5, "text-anchor": x > total - 30 ? "end" : "middle" }, svg).textContent = time.toFixed(columns.decimals) + (isLast ? " s" : "");
       });
-      for (const mark of run.marks.filter(mark => mark.kind !== "guard")) {
+      for (const mark of run.marks.filter(mark => mark.kind !== "guard" && mark.t >= start && mark.t <= start + span)) {
         const x = space.left + (mark.t - start) / span * width;
         const made = element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: `var(--mark-${mark.kind})`, "stroke-width": 1, opacity: ["event", "warning"].includes(mark.kind) ? 0.4 : 0.9 }, svg);
         element("title", {}, made).textContent = `${mark.t.toFixed(2)} s: ${mark.text}`;
       }
       // An inner svg cuts off curves at its bounds.
       const window = element("svg", { x: space.left, y: space.top, width, height: floor - space.top, viewBox: `${space.left} ${space.top} ${width} ${floor - space.top}` }, svg);
-      for (const curve of curves) {
+      for (const curve of curves) if (curve.box.checked) {
         element("path", { d: path(curve, width, y), fill: "none", stroke: curve.paint, "stroke-width": 1.6, "stroke-linejoin": "round", "stroke-dasharray": curve.dash ? "5 3" : "none" }, window);
       }
       if (plot.areas) for (const [name, ...times] of run.areas) {
         const ends = times.map(time => space.left + (time - start) / span * width);
-        for (const x of ends) element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, svg);
-        element("text", { x: (ends[0] + ends[1]) / 2, y: space.top + 12, "text-anchor": "middle", class: "area" }, svg).textContent = name;
+        for (const x of ends) element("line", { x1: x, x2: x, y1: space.top, y2: floor, stroke: "var(--soft)", "stroke-dasharray": "2 3" }, window);
+        element("text", { x: (ends[0] + ends[1]) / 2, y: space.top + 12, "text-anchor": "middle", class: "area" }, window).textContent = name;
       }
-      item.cursor = element("line", { y1: space.top, y2: floor, stroke: "var(--ink)", "stroke-width": 1 }, svg);
+      item.cursor = element("line", { y1: space.top, y2: floor, stroke: "var(--ink)", "stroke-width": 1 }, window);
       item.width = width;
+      place(item);
     }
   }
 
+  let now = 0;
+  function place({ cursor, width }) {
+    const x = space.left + (now - start) / span * width;
+    cursor.setAttribute("x1", x); cursor.setAttribute("x2", x);
+  }
   function show(at) {
-    for (const { plot, curves, cursor, width } of plots) {
-      const x = space.left + (at("t") - start) / span * width;
-      cursor.setAttribute("x1", x); cursor.setAttribute("x2", x);
+    now = at("t");
+    for (const item of plots) {
+      const { plot, curves } = item;
+      place(item);
       for (const curve of curves) {
         const value = curve.values[at.index];
         curve.value.textContent = value == null ? "none" : minus(value.toFixed(digits(plot.unit)));
@@ -149,5 +169,7 @@ function makePlots(host, wanted, run, seek) {
     }
   }
   draw();
-  return { draw, show };
+  // Shows this span of time.
+  const shows = (from, length) => { start = from; span = length; draw(); };
+  return { draw, show, shows };
 }

@@ -1,7 +1,53 @@
 // The 3-D scene of a robot: its bodies, belts and legs, the ground, and what decides whether it
-// tips over. `still` is what does not change (host-tests/src/live/scene.rs), a state what does.
+// tips over. `still` is what does not change (host-tests/src/results/scene), a state what does.
 
 const EDGES = ["back", "front", "left", "right"];
+// Length of a robot, m, from which the camera takes its distance.
+const sizeOf = still => ({ b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 })[still.robot] || 1;
+// The place at which the camera looks.
+const aimAt = ({ cog, axle_1: axle }) => [cog[0], cog[1], cog[2] * .5 + axle[2] * .5];
+
+// Unpacks data of the page into a response.
+function unpack(text) {
+  const packed = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate")));
+}
+
+// Colours of the scene, light or dark as the page is.
+function sceneTheme() {
+  const dark = matchMedia("(prefers-color-scheme: dark)").matches, style = getComputedStyle(document.documentElement);
+  const band = number => {
+    const hex = style.getPropertyValue(`--band${number}`).trim();
+    return [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16) / 255);
+  };
+  return {
+    haze: dark ? [.075, .09, .10] : [.90, .915, .92], ground: dark ? [.22, .245, .255] : [.80, .785, .745],
+    line: dark ? [.30, .33, .345] : [.70, .685, .64], light: dark ? .72 : 1,
+    body: dark ? [.36, .50, .62] : [.33, .52, .68], second: dark ? [.62, .66, .70] : [.56, .60, .64],
+    tyre: dark ? [.25, .27, .29] : [.17, .18, .19], hub: dark ? [.72, .74, .76] : [.78, .79, .80],
+    load: [.80, .42, .16], ghost: dark ? [.93, .54, .82] : [.69, .22, .56], force: dark ? [.55, .82, 1] : [.10, .40, .75],
+    cog: dark ? [1, .82, .3] : [.86, .55, 0], zmp: dark ? [.85, .6, 1] : [.52, .22, .72],
+    bands: [0, 1, 2, 3].map(band),
+  };
+}
+
+// Adds the buttons that choose the camera.
+function addCameras(host, camera) {
+  const show = () => { for (const button of host.children) button.setAttribute("aria-pressed", String(button.dataset.mode === camera.mode)); };
+  for (const [mode, name] of Object.entries({ follow: "Follow", side: "Side", top: "Top", orbit: "Orbit" })) {
+    const button = document.createElement("button");
+    Object.assign(button, { type: "button", textContent: name });
+    button.dataset.mode = mode;
+    button.onclick = () => {
+      if (mode === "orbit") Object.assign(camera, { yaw: camera.heading - 2.45, pitch: .38 });
+      camera.mode = mode;
+      show();
+    };
+    host.append(button);
+  }
+  camera.changed = show;
+  show();
+}
 
 // Band of a margin, m, by the levels of the guard: 0 free, 1 caution, 2 limit, 3 trip.
 function bandOf(margin, levels) {
@@ -48,7 +94,7 @@ function createZmp() {
 }
 
 function createScene(renderer, still) {
-  const ground = renderer.mesh(), belts = renderer.mesh();
+  const ground = renderer.mesh(), belts = [renderer.mesh(), renderer.mesh()];
   const zmpOf = createZmp();
   const trails = { cog: [], zmp: [] };
   const travel = [0, 0];
@@ -109,7 +155,7 @@ function createScene(renderer, still) {
     return contacts.length ? contacts.reduce((sum, point) => sum + point[2], 0) / contacts.length : truth.axle_1[2];
   }
 
-  function beltMesh(strips, turned) {
+  function beltMesh(mesh, strips, turned) {
     const left = matrix.turn(matrix.pose(turned.place, turned.rotation), [0, 1, 0]);
     const points = strips.reduce((sum, strip) => sum + strip.points.length, 0);
     const room = points * 8 * 18 + strips.length * 80 * 36 * 6;
@@ -144,7 +190,7 @@ function createScene(renderer, still) {
         along -= length;
       }
     });
-    belts.fill(beltData, at);
+    mesh.fill(beltData, at);
   }
 
   // Adds the bodies of a state to the items. A ghost is another run of the same robot.
@@ -168,9 +214,10 @@ function createScene(renderer, still) {
         }
       });
     });
-    if (state.belts.length && !ghost) {
-      beltMesh(state.belts, state.sample.bodies[0]);
-      items.push({ mesh: belts, color: theme.tyre });
+    if (state.sample.belts.length) {
+      const mesh = belts[Number(ghost)];
+      beltMesh(mesh, state.sample.belts, state.sample.bodies[0]);
+      items.push({ mesh, color: tone(theme.tyre), casts: !ghost });
     }
     const points = state.sample.truth.points || [];
     for (const line of still.sketch.lines) for (let i = 0; i + 1 < line.length; i++) {
@@ -259,8 +306,12 @@ function createScene(renderer, still) {
 }
 
 // Cameras: follow (behind and beside the robot), side, top, and orbit, which the pointer moves.
-function createCamera(canvas, size) {
-  const camera = { mode: "follow", yaw: -2.2, pitch: .42, distance: 3.2 * size, at: null, heading: 0 };
+// In a page that scrolls, the wheel zooms with the control key.
+function createCamera(canvas, size, scrolls = false) {
+  const camera = { mode: "follow", yaw: -2.2, pitch: .42, at: null, heading: 0 };
+  // Starts anew with a robot of this size.
+  camera.begin = size => Object.assign(camera, { at: null, heading: 0, distance: camera.size === size ? camera.distance : 3.4 * size, size });
+  camera.begin(size);
   const pointers = new Map();
   const orbit = () => { if (camera.mode !== "orbit") { Object.assign(camera, anglesOf(), { mode: "orbit" }); camera.changed?.(); } };
   const anglesOf = () => ({
@@ -286,8 +337,8 @@ function createCamera(canvas, size) {
     pointers.set(event.pointerId, here);
   });
   for (const type of ["pointerup", "pointercancel"]) canvas.addEventListener(type, event => pointers.delete(event.pointerId));
-  const zoom = by => { camera.distance = Math.min(8 * size, Math.max(.8 * size, camera.distance * by)); };
-  canvas.addEventListener("wheel", event => { event.preventDefault(); zoom(Math.exp(event.deltaY * .001)); }, { passive: false });
+  const zoom = by => { camera.distance = Math.min(8 * camera.size, Math.max(.8 * camera.size, camera.distance * by)); };
+  canvas.addEventListener("wheel", event => { if (scrolls && !event.ctrlKey) return; event.preventDefault(); zoom(Math.exp(event.deltaY * .001)); }, { passive: false });
   camera.zoom = zoom;
   // Follows a place and a heading; returns what the renderer needs.
   camera.look = (place, heading, dt, ratio) => {
@@ -298,12 +349,12 @@ function createCamera(canvas, size) {
     camera.heading += turn * (1 - Math.exp(-dt / .8));
     const { yaw, pitch } = anglesOf(), c = Math.cos(pitch);
     const away = [Math.cos(yaw) * c, Math.sin(yaw) * c, Math.sin(pitch)];
-    const narrow = canvas.clientWidth < canvas.clientHeight ? 1.45 : 1;
+    const narrow = canvas.clientWidth < canvas.clientHeight ? 1.2 : 1;
     const distance = camera.distance * narrow;
     const up = camera.mode === "top" || pitch > 1.45 ? [Math.cos(yaw + Math.PI), Math.sin(yaw + Math.PI), 0] : [0, 0, 1];
     // On a narrow screen the guard's texts are above the robot.
     const at = narrow > 1 ? vector.plus(camera.at, vector.times(up, .09 * distance)) : camera.at;
-    return { eye: vector.plus(at, vector.times(away, distance)), at, up, angle: .62, far: 9 + 1.5 * distance, reach: 1.6 * size + .4, ratio };
+    return { eye: vector.plus(at, vector.times(away, distance)), at, up, angle: .62, far: 9 + 1.5 * distance, reach: 1.6 * camera.size + .4, ratio };
   };
   return camera;
 }

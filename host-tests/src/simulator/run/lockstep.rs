@@ -336,6 +336,7 @@ impl Run {
             received,
             drives: self.shafts.iter().enumerate().map(drive).collect(),
             bodies: self.plant.poses(),
+            belts: self.plant.belts(),
         }
     }
 

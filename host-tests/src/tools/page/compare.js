@@ -12,23 +12,7 @@ const make = (tag, attributes = {}, ...inside) => {
 const app = { time: 0, playing: false, window: null, frames: [], errors: [] };
 window.tautrack = app;
 
-async function unpack(text) {
-  const packed = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"))).json();
-}
-
 const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-const rgb = name => [1, 3, 5].map(at => parseInt(style(name).slice(at, at + 2), 16) / 255);
-function readTheme() {
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  app.theme = {
-    haze: dark ? [.075, .09, .10] : [.90, .915, .92], ground: dark ? [.22, .245, .255] : [.80, .785, .745],
-    line: dark ? [.30, .33, .345] : [.70, .685, .64], light: dark ? .72 : 1, body: dark ? [.36, .50, .62] : [.33, .52, .68],
-    second: dark ? [.62, .66, .70] : [.56, .60, .64], tyre: dark ? [.25, .27, .29] : [.17, .18, .19], hub: [.75, .76, .78],
-    load: [.80, .42, .16], ghost: rgb("--off"), force: dark ? [.55, .82, 1] : [.10, .40, .75], cog: dark ? [1, .82, .3] : [.86, .55, 0],
-    zmp: dark ? [.85, .6, 1] : [.52, .22, .72], bands: [0, 1, 2, 3].map(band => rgb(`--band${band}`)),
-  };
-}
 
 // The curves: name, unit, and value in a state; a value that is absent leaves a gap.
 const degrees = value => value * 180 / Math.PI;
@@ -51,28 +35,26 @@ function indexAt(run, time) {
 function shifted(state, by) {
   const move = ([x, y, z]) => [x, y + by, z];
   return { ...state, sample: { ...state.sample, bodies: state.sample.bodies.map(pose => ({ ...pose, place: move(pose.place) })),
+    belts: state.sample.belts.map(belt => ({ ...belt, points: belt.points.map(move) })),
     truth: { ...state.sample.truth, points: (state.sample.truth.points || []).map(move) } } };
 }
 
 function begin(data) {
   const [on, off] = app.runs = data.runs;
-  readTheme();
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readTheme(); drawPlots(); });
+  app.theme = sceneTheme();
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { app.theme = sceneTheme(); drawPlots(); });
   app.renderer = createRenderer($("view"));
   if (!app.renderer) throw new Error("This browser has no WebGL 2.");
   app.scene = createScene(app.renderer, data.still);
   app.scene.setGround(data.ground, null);
-  const size = { b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 }[data.still.robot] || 1;
-  app.camera = createCamera($("view"), size);
+  app.camera = createCamera($("view"), sizeOf(data.still));
   app.camera.mode = "side";
-  app.camera.changed = showCameras;
+  addCameras($("cameras"), app.camera);
   app.end = Math.max(...app.runs.map(run => run.states.at(-1).sample.time_s));
   app.window = [0, app.end];
   $("about").textContent = data.still.about;
   $("names").append(make("span", { class: "on" }, "guard on"), " · ", make("span", { class: "off" }, "ghost: guard off"));
   $("outcome").append(...app.runs.map((run, at) => make("tr", { class: at ? "off" : "on" }, make("th", {}, at ? "guard off" : "guard on"), make("td", {}, run.outcome), make("td", {}, `hash ${run.hash.slice(0, 16)}…`))));
-  for (const mode of ["follow", "side", "top", "orbit"]) $("cameras").append(make("button", { "data-mode": mode, onclick: () => { app.camera.mode = mode; showCameras(); } }, mode));
-  showCameras();
   app.events = app.runs.flatMap((run, at) => run.states.flatMap(({ sample }, index) => {
     const verdict = sample.received.verdict, before = index ? run.states[index - 1].sample.received.verdict : "";
     const commands = at === 0 && index && ["asked_speed"].filter(key => sample.received[key] !== run.states[index - 1].sample.received[key]).map(key => ({ time: sample.time_s, at, level: "info", text: `command: ${sample.received[key].toFixed(2)} m/s` })) || [];
@@ -91,7 +73,6 @@ function begin(data) {
   requestAnimationFrame(frame);
 }
 
-function showCameras() { for (const button of $("cameras").children) button.setAttribute("aria-pressed", String(button.dataset.mode === app.camera.mode)); }
 function seek(time) { app.time = Math.min(app.end, Math.max(0, time)); drawPlots(); }
 
 let before = 0;
@@ -106,8 +87,7 @@ function frame(now) {
   const [on, off] = app.runs.map(run => run.states[indexAt(run, app.time)]);
   if (app.shown !== on) { app.scene.update(on); app.shown = on; }
   const { truth } = on.sample;
-  const place = [truth.cog[0], truth.cog[1], truth.cog[2] * .5 + truth.axle_1[2] * .5];
-  app.scene.draw(app.camera.look(place, truth.yaw, dt, Math.min(2, devicePixelRatio || 1)), app.theme, { support: true, balance: true, forces: true, trails: true }, $("apart").checked ? shifted(off, 1.1) : off);
+  app.scene.draw(app.camera.look(aimAt(truth), truth.yaw, dt, Math.min(2, devicePixelRatio || 1)), app.theme, { support: true, balance: true, forces: true, trails: true }, $("apart").checked ? shifted(off, 1.1) : off);
   $("time").textContent = `${app.time.toFixed(2)} s of ${app.end.toFixed(0)} s`;
   app.frames.push(performance.now() - began);
   requestAnimationFrame(frame);
@@ -213,4 +193,4 @@ function drawPlots() {
   cursor(context, width, height);
 }
 
-unpack($("data").textContent).then(begin).catch(error => { app.errors.push(String(error)); $("about").textContent = `The page cannot start: ${error.message}`; });
+unpack($("data").textContent).json().then(begin).catch(error => { app.errors.push(String(error)); $("about").textContent = `The page cannot start: ${error.message}`; });

@@ -1,13 +1,13 @@
 //! `cargo demo --compare`: runs a scenario with the guard's filter on and off, and makes one page
 //! that shows both runs.
 
-use super::{base64, in_script};
+use super::in_script;
 use crate::live::{Drive, scene};
-use crate::results::report::SCENE;
+use crate::results::scene::pack::{packed, round};
+use crate::results::scene::{SCRIPTS, ground, still};
 use crate::scenario::Scenario;
 use crate::simulator::record::Sample;
 use crate::simulator::run::{Sink, Unwritten};
-use miniz_oxide::deflate::compress_to_vec_zlib;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -40,17 +40,17 @@ pub fn write(scenario: &Scenario, folder: &Path) -> Result<PathBuf, String> {
     let drive = Drive::start(scenario, false)?;
     let area = area.map(|[from, to]| [from - AROUND, to + AROUND]);
     let data = json!({
-        "still": scene::still(scenario, drive.plant()),
-        "ground": scene::ground(drive.plant(), area, CELL),
+        "still": still(scenario, drive.plant()),
+        "ground": ground(drive.plant(), area, CELL),
         "runs": runs,
     });
-    let packed = base64(&compress_to_vec_zlib(data.to_string().as_bytes(), 9));
+    let data = packed(data.to_string().as_bytes());
     let title = in_script(&Value::from(scenario.name.as_str()));
-    let [gl, robot] = SCENE;
+    let [gl, robot] = SCRIPTS;
     let parts = [
         ("{{title}}", title.trim_matches('"')),
         ("{{style}}", include_str!("compare.css")),
-        ("{{data}}", &packed),
+        ("{{data}}", &data),
         ("{{gl}}", gl),
         ("{{robot}}", robot),
         ("{{compare}}", include_str!("compare.js")),
@@ -96,24 +96,6 @@ fn run(scenario: &Scenario, area: &mut [[f64; 2]; 2]) -> Result<Value, String> {
         "did not topple"
     };
     Ok(json!({ "states": states, "hash": drive.hash(), "outcome": outcome }))
-}
-
-/// Rounds all numbers to 0.1 mm or 0.1 mrad, which is enough for a picture.
-fn round(value: &mut Value) {
-    match value {
-        Value::Number(number) if number.is_f64() => {
-            let rounded = number.as_f64().map(|value| (value * 1e4).round() * 1e-4);
-            *value = rounded.map_or(Value::Null, |value| {
-                // The shortest decimals of the product.
-                format!("{value:.4}")
-                    .parse::<f64>()
-                    .map_or(Value::Null, Value::from)
-            });
-        }
-        Value::Array(values) => values.iter_mut().for_each(round),
-        Value::Object(values) => values.values_mut().for_each(round),
-        _ => {}
-    }
 }
 
 /// Keeps nothing.

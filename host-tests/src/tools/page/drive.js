@@ -74,42 +74,21 @@ const places = JSON.parse($("places").textContent);
 const app = {
   places, place: places[0], still: null, scene: null, camera: null, state: null, running: true, speed: 1,
   keys: new Set(), command: null, fast: 0.15, busy: false, carry: 0, worst: 0, frames: [], ended: false,
-  stick: [0, 0], explained: null, shown: { support: true, balance: true, forces: true, trails: true },
+  pads: new Map(), stick: [0, 0], explained: null, shown: { support: true, balance: true, forces: true, trails: true },
   inputs: [], listeners: new Set(), changes: null, script: false, text: "", errors: [],
 };
 window.tautrack = app; // for tests and for the console
 
 // ---- theme
-const color = name => {
-  const hex = getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  return [1, 3, 5].map(at => parseInt(hex.slice(at, at + 2), 16) / 255);
-};
-function readTheme() {
-  const dark = matchMedia("(prefers-color-scheme: dark)").matches;
-  app.theme = {
-    haze: dark ? [.075, .09, .10] : [.90, .915, .92], ground: dark ? [.22, .245, .255] : [.80, .785, .745],
-    line: dark ? [.30, .33, .345] : [.70, .685, .64], light: dark ? .72 : 1,
-    body: dark ? [.36, .50, .62] : [.33, .52, .68], second: dark ? [.62, .66, .70] : [.56, .60, .64],
-    tyre: dark ? [.25, .27, .29] : [.17, .18, .19], hub: dark ? [.72, .74, .76] : [.78, .79, .80],
-    load: [.80, .42, .16], ghost: dark ? [.9, .45, .9] : [.55, .2, .6], force: dark ? [.55, .82, 1] : [.10, .40, .75],
-    cog: dark ? [1, .82, .3] : [.86, .55, 0], zmp: dark ? [.85, .6, 1] : [.52, .22, .72],
-    bands: [0, 1, 2, 3].map(band => color(`--band${band}`)),
-  };
-}
+const readTheme = () => { app.theme = sceneTheme(); };
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", readTheme);
 
 // ---- start
-async function unpack(text) {
-  const packed = Uint8Array.from(atob(text), letter => letter.charCodeAt(0));
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Response(stream).arrayBuffer();
-}
-
 async function begin() {
   readTheme();
   app.renderer = createRenderer($("view"));
   if (!app.renderer) throw new Error("This browser has no WebGL 2.");
-  const bytes = await unpack($("module").textContent);
+  const bytes = await unpack($("module").textContent).arrayBuffer();
   await link.post({ bytes }, [bytes]);
   $("module").remove();
   build();
@@ -129,12 +108,10 @@ async function start(text, changes = {}, script = app.script) {
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
     app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false, autonomous: false };
     app.fast = { b2p2: .15, crawler: .15, hylos: .3, "rt-mover": .12 }[still.robot] || .15;
-    $("chassis-keys").hidden = still.posture.kind !== "chassis";
+    for (const part of document.querySelectorAll("[data-keys]")) part.hidden = !part.dataset.keys.split(" ").includes(still.posture.kind);
     app.scene = createScene(app.renderer, still);
-    const size = { b2p2: .95, crawler: .5, hylos: .8, "rt-mover": .75 }[still.robot] || 1;
-    app.camera ??= createCamera($("view"), size);
-    Object.assign(app.camera, { at: null, heading: 0, distance: app.camera.mode === "orbit" ? app.camera.distance : 3.4 * size });
-    app.camera.changed = showCameras;
+    if (!app.camera) { app.camera = createCamera($("view"), sizeOf(still)); addCameras($("cameras"), app.camera); }
+    app.camera.begin(sizeOf(still));
     $("log").replaceChildren();
     take(state);
     await lay();
@@ -229,12 +206,13 @@ function gather(dt) {
   let [forward, turn] = keys, lift = held("KeyE", "PageUp") - held("KeyQ", "PageDown");
   for (const pad of navigator.getGamepads?.() ?? []) {
     if (!pad) continue;
+    const before = app.pads.get(pad.index) ?? [];
     const dead = value => Math.abs(value) < .15 ? 0 : value;
     forward = forward || -dead(pad.axes[1] ?? 0); turn = turn || -dead(pad.axes[0] ?? 0); lift = lift || -dead(pad.axes[3] ?? 0);
     const pressed = pad.buttons.map(button => button.pressed);
     const actions = { 0: arm, 1: stop, 2: reset, 8: emergency, 9: pause };
-    for (const [index, does] of Object.entries(actions)) if (pressed[index] && !app.pad?.[index]) does();
-    app.pad = pressed;
+    for (const [index, does] of Object.entries(actions)) if (pressed[index] && !before[index]) does();
+    app.pads.set(pad.index, pressed);
   }
   forward = forward || app.stick[0]; turn = turn || app.stick[1];
   const moves = forward !== 0 || turn !== 0;
@@ -297,17 +275,17 @@ function buildStick() {
 
 // ---- what the page shows
 const text = (element, value) => { if (element.textContent !== value) element.textContent = value; };
-const signed = (value, digits, unit) => `${value.toFixed(digits)} ${unit}`;
+const number = (value, digits) => value.toFixed(digits).replace(/^-(0(\.0+)?)$/, "$1").replace("-", "−");
+const signed = (value, digits, unit) => `${number(value, digits)} ${unit}`;
 
 function paint(dt) {
   if (!app.scene || !app.state) return;
   const { truth } = app.state.sample;
-  const place = [truth.cog[0], truth.cog[1], truth.cog[2] * .5 + truth.axle_1[2] * .5];
   // A slow computer draws fewer points, then no shadow.
   app.slow = (app.slow ?? 16) * .95 + Math.min(200, dt * 1000) * .05;
   const ratio = Math.min(devicePixelRatio || 1, app.slow > 45 ? 1 : 2);
   app.renderer.setShadows(app.slow < 60);
-  app.scene.draw(app.camera.look(place, truth.yaw, dt, ratio), app.theme, app.shown, null);
+  app.scene.draw(app.camera.look(aimAt(truth), truth.yaw, dt, ratio), app.theme, app.shown, null);
 }
 
 function showNow(found) {
@@ -328,28 +306,29 @@ function showNow(found) {
     row.style.width = `${Number.isFinite(margin) ? Math.min(100, Math.max(0, margin / .3 * 100)) : 0}%`;
     row.style.background = `var(--band${band})`;
     // The guard publishes 10 m where there is no edge.
-    text(row.parentElement.nextElementSibling, margin < 9 ? `${(margin * 1000).toFixed(0)} mm` : "–");
+    text(row.parentElement.nextElementSibling, margin < 9 ? `${number(margin * 1000, 0)} mm` : "–");
   });
   text($("moment"), truth.toppled ? "The robot has toppled. Restart it." : truth.came_off ? `Off the robot: ${truth.came_off}` : "");
   $("arm").disabled = app.script; $("stop").disabled = app.script; $("reset").disabled = app.script; $("emergency").disabled = app.script;
   $("arm").setAttribute("aria-pressed", String(armed && app.state.requested !== "stop"));
   const rate = app.spent ? 1 / app.spent : 0;
-  text($("pace"), rate && rate < app.speed * .95 ? `${rate.toFixed(1)} × real time` : "");
+  text($("pace"), rate && rate < app.speed * .95 ? `runs at ${rate.toFixed(1)} ×` : "");
   if ((app.shownAt ?? -1) > time || time - (app.shownAt ?? -1) > .1) { app.shownAt = time; showFigures(); showNodes(); }
 }
 
 function showFigures() {
   const { received, truth } = app.state.sample, degrees = value => value * 180 / Math.PI;
   const rows = [
-    ["Speed: commanded, passed", `${received.asked_speed.toFixed(2)}, ${received.passed_speed.toFixed(2)} m/s`],
+    ["Speed: commanded, passed", `${number(received.asked_speed, 2)}, ${number(received.passed_speed, 2)} m/s`],
     ["Speed over ground", signed(truth.ground_speed, 2, "m/s")],
     ["Driven", signed(received.odometry, 2, "m")],
-    ["Pitch, roll", `${degrees(received.pitch).toFixed(1)}, ${degrees(received.roll).toFixed(1)}°`],
+    ["Pitch, roll", `${number(degrees(received.pitch), 1)}, ${number(degrees(received.roll), 1)}°`],
   ];
   const { posture } = received;
-  if ("passed_chassis_rad" in posture) rows.push(["Chassis angle: passed, real", `${degrees(posture.passed_chassis_rad).toFixed(0)}, ${degrees(truth.theta).toFixed(0)}°`]);
+  if ("passed_chassis_rad" in posture) rows.push(["Chassis angle: passed, real", `${number(degrees(posture.passed_chassis_rad), 0)}, ${number(degrees(truth.theta), 0)}°`]);
   if ("passed_clearance_m" in posture) rows.push(["Clearance passed", signed(posture.passed_clearance_m * 100, 0, "cm")]);
   if (app.still.robot === "b2p2") rows.push(["Belt tension", signed(received.belt_tension, 0, "N")]);
+  if (app.command.autonomous) rows.push(["By itself", received.clearance || "not yet"]);
   rows.push(["Load of the bus", signed(received.bus_load * 100, 0, "%")]);
   const table = $("figures");
   while (table.rows.length < rows.length) table.append(make("tr", {}, make("td"), make("td")));
@@ -366,11 +345,6 @@ function note(time, kind, what) {
 function showTime() {
   text($("pause"), app.running ? "Pause" : "Go on");
   $("pause").setAttribute("aria-pressed", String(!app.running));
-}
-
-const CAMERAS = { follow: "Follow", side: "Side", top: "Top", orbit: "Orbit" };
-function showCameras() {
-  for (const button of $("cameras").children) button.setAttribute("aria-pressed", String(button.dataset.mode === app.camera.mode));
 }
 
 // The controls of the robot's posture.
@@ -436,7 +410,7 @@ function showStill() {
   document.title = `tautrack: ${still.name}`;
   text($("about"), still.about);
   $("posture").replaceChildren(...POSTURES[still.posture.kind](still.posture));
-  showPosture(); buildNodes(); showTime(); showCameras();
+  showPosture(); buildNodes(); showTime();
   form.guard.checked = still.guard;
   form.script.checked = app.script;
   form.seed.value = description.seed; form.friction.value = description.friction;
@@ -478,13 +452,20 @@ function build() {
     groups[place.robot].append(make("option", { value: index }, `${place.robot}: ${place.ground}`));
   });
   $("place").append(...Object.values(groups));
-  const attempt = (...run) => start(...run).then(() => text($("refused"), "")).catch(error => text($("refused"), error.message));
+  const attempt = (...run) => start(...run).then(() => { text($("refused"), ""); return true; })
+    .catch(error => { text($("refused"), error.message); $("tabs").querySelector("[data-tab=setup]").click(); $("refused").scrollIntoView(); return false; });
   $("place").onchange = event => { app.place = places[event.target.value]; attempt(app.place.text, {}, false).then(() => $("place").blur()); };
+  // A file becomes an option of the list.
+  const open = async file => {
+    if (!file) return;
+    const text = await file.text();
+    if (!await attempt(text, {}, false)) return;
+    app.place = { text };
+    const at = places.push(app.place) - 1;
+    $("place").append(make("option", { value: at }, file.name));
+    $("place").value = at;
+  };
   $("margins").append(...EDGES.map(edge => make("div", {}, make("span", {}, edge), make("i", {}, make("b")), make("span"))));
-  $("cameras").append(...Object.entries(CAMERAS).map(([mode, name]) => make("button", { "data-mode": mode, onclick: () => {
-    if (mode === "orbit") Object.assign(app.camera, { yaw: app.camera.heading - 2.45, pitch: .38 });
-    app.camera.mode = mode; showCameras();
-  } }, name)));
   for (const [id, does] of Object.entries({ arm, stop, emergency, reset, pause, single, restart, save })) $(id).onclick = event => { does(); if (event.detail) event.currentTarget.blur(); };
   $("speed").append(...[.1, .25, .5, 1, 2, 4].map(value => make("option", { value, ...(value === 1 ? { selected: "" } : {}) }, `${value} ×`)));
   $("speed").onchange = event => { app.speed = Number(event.target.value); event.target.blur(); };
@@ -498,7 +479,6 @@ function build() {
   $("shown").append(...Object.entries(names).map(([key, name]) => make("label", { class: "row" },
     make("input", { type: "checkbox", checked: "", onchange: event => { app.shown[key] = event.target.checked; } }), ` ${name}`)));
   $("changes").addEventListener("submit", event => { event.preventDefault(); const form = $("changes").elements; attempt(app.text, changesOf(form), form.script.checked); });
-  const open = async file => { if (file) attempt(await file.text(), {}, false); };
   $("file").onchange = event => { open(event.target.files[0]); event.target.value = ""; };
   addEventListener("dragover", event => { event.preventDefault(); document.body.classList.add("drop"); });
   addEventListener("dragleave", event => { if (!event.relatedTarget) document.body.classList.remove("drop"); });

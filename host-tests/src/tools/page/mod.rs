@@ -11,19 +11,17 @@ mod tables;
 
 use crate::programs::setup::build::page_module;
 use crate::programs::setup::checkout;
-use crate::results::report::SCENE;
+use crate::results::scene::SCRIPTS;
+use crate::results::scene::pack::packed;
 use crate::robots::Kind;
 use crate::tools::robot;
 use clap::ValueEnum;
-use miniz_oxide::deflate::compress_to_vec_zlib;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Name of the file.
 const FILE: &str = "page.html";
-/// Level of the compression, 0 to 10.
-const LEVEL: u8 = 9;
 
 /// Writes the page into a folder. Returns its path.
 ///
@@ -44,13 +42,13 @@ pub fn write(folder: &Path) -> Result<PathBuf, String> {
 }
 
 fn page(module: &[u8]) -> Result<String, String> {
-    let packed = base64(&compress_to_vec_zlib(module, LEVEL));
+    let module = packed(module);
     let places = in_script(&places()?);
     let tables = tables::tables().map_err(|error| error.to_string())?;
     let tables = in_script(&tables);
     let canopen = include_str!("canopen.js");
     let worker = format!("{canopen}\n{}", include_str!("worker.js"));
-    let [gl, scene] = SCENE;
+    let [gl, scene] = SCRIPTS;
     let parts = [
         ("{{style}}", include_str!("page.css")),
         ("{{places}}", &places),
@@ -62,7 +60,7 @@ fn page(module: &[u8]) -> Result<String, String> {
         ("{{robot}}", scene),
         ("{{panel}}", include_str!("panel.js")),
         ("{{drive}}", include_str!("drive.js")),
-        ("{{module}}", &packed),
+        ("{{module}}", &module),
     ];
     let page = include_str!("page.html").to_owned();
     Ok(parts
@@ -89,38 +87,4 @@ fn places() -> Result<Value, String> {
         }
     }
     Ok(places.into())
-}
-
-/// Encodes bytes in base 64 (RFC 4648).
-fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let group = |group: &[u8]| {
-        let bits = (0..3).fold(0, |bits, index| {
-            bits << 8 | u32::from(*group.get(index).unwrap_or(&0))
-        });
-        [18, 12, 6, 0].map(move |shift| LETTERS[(bits >> shift & 63) as usize] as char)
-    };
-    let mut text: String = bytes.chunks(3).flat_map(group).collect();
-    let padding = (3 - bytes.len() % 3) % 3;
-    text.truncate(text.len() - padding);
-    text.extend(std::iter::repeat_n('=', padding));
-    text
-}
-
-#[cfg(test)]
-mod tests {
-    use super::base64;
-
-    #[test]
-    fn base_64_has_the_values_of_its_standard() {
-        let table = [
-            ("", ""),
-            ("f", "Zg=="),
-            ("fo", "Zm8="),
-            ("foobar", "Zm9vYmFy"),
-        ];
-        for (text, expected) in table {
-            assert_eq!(base64(text.as_bytes()), expected);
-        }
-    }
 }
