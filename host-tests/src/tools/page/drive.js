@@ -312,7 +312,7 @@ function showNow(found) {
   $("arm").disabled = app.script; $("stop").disabled = app.script; $("reset").disabled = app.script; $("emergency").disabled = app.script;
   $("arm").setAttribute("aria-pressed", String(armed && app.state.requested !== "stop"));
   const rate = app.spent ? 1 / app.spent : 0;
-  text($("pace"), rate && rate < app.speed * .95 ? `runs at ${rate.toFixed(1)} ×` : "");
+  text($("pace"), rate && rate < app.speed * .95 ? `${rate.toFixed(1)} ×` : "");
   if ((app.shownAt ?? -1) > time || time - (app.shownAt ?? -1) > .1) { app.shownAt = time; showFigures(); showNodes(); }
 }
 

@@ -123,10 +123,13 @@ function createPanel(root, app, link, act, make) {
   async function readSettings() {
     const node = chosen;
     values = new Map();
-    for (const [count, row] of tables.settings.entries()) {
-      values.set(row.index, await read(row.index, 0, 4));
+    // The client reads one after the other. A frame of the page would pass between two requests.
+    for (let count = 0; count < tables.settings.length; count += 10) {
+      const rows = tables.settings.slice(count, count + 10);
+      const found = await Promise.all(rows.map(row => read(row.index, 0, 4)));
       if (node !== chosen) return;
-      if (count % 10 === 0) say(`Reading: ${count} of ${tables.settings.length} settings`);
+      rows.forEach((row, at) => values.set(row.index, found[at]));
+      say(`Reading: ${values.size} of ${tables.settings.length} settings`);
     }
     say(`${values.size} settings of node ${node}`);
     showSettings();
