@@ -10,10 +10,11 @@ use crate::bus::{self, RECEIVED, TRANSMIT};
 use crate::refusal::{Refusal, refuse};
 use crate::storage::Check;
 use crate::watchdog::{self, Party};
-use core::future::ready;
 use core::sync::atomic::{AtomicBool, Ordering};
 use embassy_executor::{SendSpawner, SpawnError, SpawnToken, Spawner};
 use embassy_futures::select::{Either, select};
+use embassy_sync::blocking_mutex::raw::CriticalSectionRawMutex;
+use embassy_sync::signal::Signal;
 use embassy_time::{Duration, Instant, Ticker};
 use tautrack::bus::network::NmtState;
 use tautrack::bus::node::{Condition, Table};
@@ -68,10 +69,17 @@ pub fn operational() -> bool {
     OPERATIONAL.load(Ordering::Relaxed)
 }
 
+/// Time from one control tick to the next.
+const PERIOD: Duration = Duration::from_hz(CONTROL_HZ as u64);
+
+/// A control tick is due.
+static TICK: Signal<CriticalSectionRawMutex, ()> = Signal::new();
+
 /// Spawns the tasks of `node`.
 fn spawn(spawners: Spawners, node: &'static mut dyn Node) -> Result<(), Refusal> {
     watchdog::require(Party::Control);
     spawners.control.spawn(startable(run(node))?);
+    spawners.control.spawn(startable(keep_time())?);
     watchdog::require(Party::Thread);
     spawners.bus.spawn(startable(attend())?);
     Ok(())
@@ -87,19 +95,29 @@ async fn attend() -> ! {
     }
 }
 
+#[embassy_executor::task]
+async fn keep_time() -> ! {
+    let mut ticker = Ticker::every(PERIOD);
+    loop {
+        ticker.next().await;
+        TICK.signal(());
+    }
+}
+
 /// Runs the node: frames first, because a tick uses what they bring.
 #[embassy_executor::task]
 async fn run(node: &'static mut dyn Node) -> ! {
     *node.errors() = Selected::kept_faults();
     node.boot(Instant::now().as_micros());
-    let mut ticker = Ticker::every(Duration::from_hz(u64::from(CONTROL_HZ)));
+    let mut earliest = Instant::MIN;
     loop {
-        match select(RECEIVED.next(), ticker.next()).await {
+        match select(RECEIVED.next(), TICK.wait()).await {
             Either::First(frame) => node.receive(&frame, Instant::now().as_micros()),
+            // Behind a save, ticks come in quick succession. A tick would miss samples of the
+            // current if it followed another one within half a period.
+            Either::Second(()) if Instant::now() < earliest => {}
             Either::Second(()) => {
-                // A save delays ticks. One replaces all of them: several at once would have no
-                // samples of the current.
-                while let Either::First(()) = select(ticker.next(), ready(())).await {}
+                earliest = Instant::now() + PERIOD / 2;
                 node.note_bus(bus::condition(Selected::bus_condition()));
                 if node.tick(Instant::now().as_micros()) {
                     Selected::restart();

@@ -1,10 +1,10 @@
 //! Absolute sensor at the output shaft, on an I2C bus that the thread drives by software.
 //!
 //! No I2C controller of the chip has free pins: I2C1 would need PB7, an input of the encoder. So
-//! the bus is on the inputs of the limit switches, as open drains with pull-up resistors. A transfer
-//! takes less than a millisecond of the thread. Each interrupt may interrupt it, because the chips
-//! wait for the clock. No wait is longer than [`LONGEST_WAIT`], and a bus that a chip holds low is
-//! freed as the guard frees its own (NXP UM10204, section 3.1.16).
+//! the bus is on the inputs of the limit switches, as open drains with pull-up resistors. A
+//! transfer takes less than a millisecond of the thread. Each interrupt may interrupt it, because
+//! the chips wait for the clock. No wait is longer than [`LONGEST_WAIT`], and a bus that a chip
+//! holds low is freed as the guard frees its own (NXP UM10204, section 3.1.16).
 
 use core::sync::atomic::{AtomicI32, AtomicU8, AtomicU16, Ordering};
 use embassy_executor::Spawner;

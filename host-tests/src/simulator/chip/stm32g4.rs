@@ -7,8 +7,8 @@
 //! `breaks` has what opens the bridge without software.
 //! `part` says what differs between the chips. `reset_values` has the registers after a reset.
 //! `fdcan` is the CAN controller, `serial` a serial line, `i2c` an I2C bus with the sensor modules
-//! on it, `dma` moves its bytes, `shaft_sensor` is a sensor on the motor board. `wait_states` is the
-//! time for which the core waits for the flash memory. `observe` shows what tests measure, and
+//! on it, `dma` moves its bytes, `shaft_sensor` is a sensor on the motor board. `wait_states` is
+//! the time for which the core waits for the flash memory. `observe` shows what tests measure, and
 //! provokes what they need. `defect` gives the image a defect.
 
 mod breaks;

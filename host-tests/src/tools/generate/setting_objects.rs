@@ -18,7 +18,14 @@ pub fn write(text: &mut String) {
     let mut rows: Vec<_> = TABLE.iter().collect();
     rows.sort_by_key(|row| row.key);
     for row in rows {
-        *text += &section(&format!("{:X}", FIRST_OBJECT + row.key));
+        let header = section(&format!("{:X}", FIRST_OBJECT + row.key));
+        if row.effect != Effect::Restart {
+            // A comment: an entry for it is not in CiA 306. Some readers take none behind the
+            // header.
+            *text += "\n; takes effect in a drive ";
+            *text += effect(row.effect);
+        }
+        *text += &header;
         entry(text, "ParameterName", row.name);
         entry(text, "ObjectType", "0x7");
         entry(text, "DataType", INTEGER32);
@@ -27,11 +34,5 @@ pub fn write(text: &mut String) {
         entry(text, "HighLimit", row.maximum);
         entry(text, "DefaultValue", row.default);
         entry(text, "PDOMapping", 0);
-        if row.effect != Effect::Restart {
-            // A comment: an entry for it is not in CiA 306.
-            *text += "; takes effect in a drive ";
-            *text += effect(row.effect);
-            *text += "\n";
-        }
     }
 }

@@ -125,8 +125,14 @@ impl Sums {
         let driven = self.driven == samples && right;
         let amperes = part * (full_scale / (1 << 24) as f32);
         let volts = part * (VOLTAGE_FULL_SCALE / (1 << 24) as f32);
+        // The sum of a usual control period fits in 32 bits. The core converts it without a library
+        // function, and the PWM interrupt waits meanwhile.
+        let current = match i32::try_from(self.current) {
+            Ok(sum) => sum as f32,
+            Err(_) => self.current as f32,
+        };
         Some(Means {
-            current: self.current as f32 * (full_scale / (1 << 26) as f32) * part,
+            current: current * (full_scale / (1 << 26) as f32) * part,
             electrical: Electrical {
                 voltage: driven
                     .then_some([self.voltage.d as f32 * volts, self.voltage.q as f32 * volts]),
