@@ -126,8 +126,8 @@ impl Nose {
         )
     }
 
-    /// Margin that must be left on the nose, m. A steep robot keeps half of the caution band: if its
-    /// rear loses the ground, it swings about the nose, and lands with the momentum of this fall.
+    /// Margin that must be left on the nose, m. A steep robot keeps half of the caution band: if
+    /// its rear loses the ground, it swings about the nose, and lands with momentum.
     pub fn least(&self, ramp: Ramp) -> f32 {
         ramp.none + 0.5 * self.steep * ramp.width()
     }

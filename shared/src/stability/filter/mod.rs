@@ -20,8 +20,8 @@
 //! within the horizon. So the robot has little momentum if a track slips or the ground ends.
 //!
 //! A robot that is pitched up may rest on the nose of a step. The margin that a push of its rear
-//! towards this nose would leave must not be below `m_stop` ([`Bounds::noses`]), or, if the robot is
-//! steep, below the middle of the caution band.
+//! towards this nose would leave must not be below `m_stop` ([`Bounds::noses`]). For a steep robot
+//! it must not be below the middle of the caution band.
 //!
 //! [`speed_scale`] computes the scale of a speed, [`posture`] that of a change of shape, within
 //! [`Bounds`]. [`Recovery`] limits how fast a speed grows after a restriction.

@@ -70,7 +70,7 @@ impl Aside {
         self.corners.retain(|(edge, _)| touching(*edge));
     }
 
-    /// Returns the force of a corner on the robot, to the left, N. `speed` is the speed of the robot
+    /// Returns the force of a corner on the robot, to the left, N. `speed` is that of the robot
     /// over the corner, to the left, m/s, and `most` the largest friction, N.
     pub fn force(&mut self, touch: &Touch, span: &Span, speed: f64, most: f64) -> f64 {
         let edge = touch.corner.edge;
