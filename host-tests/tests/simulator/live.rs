@@ -271,7 +271,7 @@ fn visit(number: u64) -> (Page, Option<bool>) {
     }
     let (mut chassis, mut clearance) = (0.0, 0.29);
     // Every other visitor of a ground lets B2P2 clear it by itself nearly all the time.
-    let autonomous = if number as usize / GROUNDS.len() % 2 == 0 {
+    let autonomous = if (number as usize / GROUNDS.len()).is_multiple_of(2) {
         0.05
     } else {
         0.95
