@@ -175,6 +175,18 @@ fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() 
 }
 
 #[test]
+fn a_run_ends_before_the_robot_drives_off_the_ground() {
+    let mut page = Page::start("hylos/loop.toml", &Value::Null, true);
+    page.arm();
+    page.ask(&json!({ "command": { "speed_mps": 0.3, "clearance_m": 0.29 } }));
+    let mut ends = (0..40).map(|_| page.advance(1_000));
+    let end = ends.find(|state| state["ended"] == true);
+    let truth = &end.expect("the ground ends")["sample"]["truth"];
+    assert_eq!(truth["toppled"], false, "{truth}");
+    page.assert_repeats("edge");
+}
+
+#[test]
 fn a_request_that_cannot_be_carried_out_is_an_error_and_changes_nothing() {
     let mut page = Page::start("flat.toml", &Value::Null, true);
     page.advance(50);
@@ -271,7 +283,7 @@ fn visit(number: u64) -> (Page, Option<bool>) {
     }
     let (mut chassis, mut clearance) = (0.0, 0.29);
     // Every other visitor of a ground lets B2P2 clear it by itself nearly all the time.
-    let autonomous = if number as usize / GROUNDS.len() % 2 == 0 {
+    let autonomous = if (number as usize / GROUNDS.len()).is_multiple_of(2) {
         0.05
     } else {
         0.95
