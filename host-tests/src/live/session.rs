@@ -10,6 +10,8 @@ use serde_json::{Value, json};
 
 /// Number of steps for which a run continues after the robot has toppled or a part has come off it.
 const AFTERWARDS: u64 = 500;
+/// A run ends when the centre of gravity is this close to the end of the ground, m.
+const EDGE: f64 = 0.8;
 
 /// The page's simulator, with one run at a time.
 #[derive(Default)]
@@ -22,6 +24,8 @@ struct Going {
     drive: Drive,
     /// Number of its last step.
     end: u64,
+    /// Minimum and maximum of x, then of y, of the ground; `None` if it has no end.
+    extent: Option<[[f64; 2]; 2]>,
     heard: Heard,
 }
 
@@ -109,6 +113,7 @@ impl Session {
         let still = still(&scenario, drive.plant());
         self.going = Some(Going {
             end: (drive.recorded().duration_s * 1e3) as u64,
+            extent: scenario.robot.section().extent(&scenario.terrain),
             drive,
             heard: Heard::default(),
         });
@@ -134,6 +139,12 @@ impl Going {
             let truth = self.drive.plant().truth();
             if truth.toppled || truth.came_off.is_some() {
                 self.end = self.end.min(self.drive.steps() + AFTERWARDS);
+            }
+            let leaves =
+                |([from, to], place): ([f64; 2], f64)| !(from + EDGE..to - EDGE).contains(&place);
+            let extent = self.extent.into_iter().flatten();
+            if extent.zip(truth.cog).any(leaves) {
+                self.end = self.drive.steps();
             }
         }
         Ok(())

@@ -175,6 +175,18 @@ fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() 
 }
 
 #[test]
+fn a_run_ends_before_the_robot_drives_off_the_ground() {
+    let mut page = Page::start("hylos/loop.toml", &Value::Null, true);
+    page.arm();
+    page.ask(&json!({ "command": { "speed_mps": 0.3, "clearance_m": 0.29 } }));
+    let mut ends = (0..40).map(|_| page.advance(1_000));
+    let end = ends.find(|state| state["ended"] == true);
+    let truth = &end.expect("the ground ends")["sample"]["truth"];
+    assert_eq!(truth["toppled"], false, "{truth}");
+    page.assert_repeats("edge");
+}
+
+#[test]
 fn a_request_that_cannot_be_carried_out_is_an_error_and_changes_nothing() {
     let mut page = Page::start("flat.toml", &Value::Null, true);
     page.advance(50);

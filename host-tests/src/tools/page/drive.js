@@ -192,7 +192,7 @@ function take(state) {
   } else if (!held) app.explained = null;
   if (truth.toppled && !app.toppled) note(time, "error", "The robot has toppled.");
   app.toppled = truth.toppled;
-  if (state.ended && !app.ended) { app.ended = true; note(time, "info", "The scenario ends here."); }
+  if (state.ended && !app.ended) { app.ended = true; note(time, "info", "The run ends here."); }
   for (const listener of app.listeners) listener(state);
   showNow(found);
 }
@@ -308,7 +308,7 @@ function showNow(found) {
     // The guard publishes 10 m where there is no edge.
     text(row.parentElement.nextElementSibling, margin < 9 ? `${number(margin * 1000, 0)} mm` : "–");
   });
-  text($("moment"), truth.toppled ? "The robot has toppled. Restart it." : truth.came_off ? `Off the robot: ${truth.came_off}` : "");
+  text($("moment"), truth.toppled ? "The robot has toppled. Restart it." : truth.came_off ? `Off the robot: ${truth.came_off}` : app.ended ? "The run ends here. Restart it." : "");
   $("arm").disabled = app.script; $("stop").disabled = app.script; $("reset").disabled = app.script; $("emergency").disabled = app.script;
   $("arm").setAttribute("aria-pressed", String(armed && app.state.requested !== "stop"));
   const rate = app.spent ? 1 / app.spent : 0;
