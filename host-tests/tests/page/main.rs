@@ -205,6 +205,7 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
             log.as_str().is_some_and(|log| log.contains("node lost")),
             "{log}"
         );
+        browser.wait("document.getElementById('state').textContent.includes('node lost')");
         keep_picture(&mut browser, "broken");
         browser.assert_repeats("broken");
         browser.assert_no_errors();

@@ -67,14 +67,14 @@ function explain(verdict, { asked_speed: asked = 0, passed_speed: passed = 0 } =
 const STATES = {
   "": "The nodes start.", "waiting for nodes": "The guard waits for the other nodes.",
   ready: "The motors are off. Arm the robot.", armed: "Drive.",
-  held: "A fault or the emergency stop holds the robot. Reset, then arm.",
+  held: "A fault or the emergency stop holds the robot.",
 };
 
 const places = JSON.parse($("places").textContent);
 const app = {
   places, place: places[0], still: null, scene: null, camera: null, state: null, running: true, speed: 1,
   keys: new Set(), command: null, fast: 0.15, busy: false, carry: 0, worst: 0, frames: [], ended: false,
-  pads: new Map(), stick: [0, 0], explained: null, shown: { support: true, balance: true, forces: true, trails: true },
+  pads: new Map(), stick: [0, 0], explained: null, error: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
   inputs: [], listeners: new Set(), changes: null, script: false, text: "", errors: [],
 };
 window.tautrack = app; // for tests and for the console
@@ -104,7 +104,7 @@ async function start(text, changes = {}, script = app.script) {
   try {
     const [still] = await link.ask({ start: { scenario: text, changes, person: !script } });
     const [state] = await link.ask({ advance: 1 });
-    Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, running: true, carry: 0 });
+    Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, error: null, heldBy: null, running: true, carry: 0 });
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
     app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false, autonomous: false };
     app.fast = { b2p2: .15, crawler: .15, hylos: .3, "rt-mover": .12 }[still.robot] || .15;
@@ -183,7 +183,13 @@ function take(state) {
   app.state = state;
   app.scene.update(state);
   const { received, time_s: time, truth } = state.sample;
-  for (const { level, text, injected } of received.events) note(time, injected ? "error" : level, text);
+  for (const { level, text, injected } of received.events) {
+    note(time, injected ? "error" : level, text);
+    if (level === "error" && !injected) app.error = { time, text };
+  }
+  // The latest error of the second before the robot was held, or the first one after that.
+  if (received.guard_state !== "held") app.heldBy = null;
+  else if (!app.heldBy && app.error && time - app.error.time < 1) app.heldBy = app.error.text;
   const found = explain(received.verdict || "passed", received);
   const held = found.effect !== "passed" && received.guard_state === "armed";
   if (held && app.explained !== received.verdict) {
@@ -293,7 +299,8 @@ function showNow(found) {
   text($("clock"), `${time.toFixed(1)} s`);
   const name = received.guard_state || "";
   text($("state").firstElementChild, name || "starting");
-  text($("state").lastElementChild, refusesToArm() ? "The guard starts no drive: the robot is not level. Arm again to confirm." : STATES[name] ?? "The guard homes the drives and switches them on.");
+  text($("state").lastElementChild, refusesToArm() ? "The guard starts no drive: the robot is not level. Arm again to confirm."
+    : name === "held" ? `${app.heldBy ? `Held by ${app.heldBy}.` : STATES.held} Reset, then arm.` : STATES[name] ?? "The guard homes the drives and switches them on.");
   const armed = name === "armed";
   text($("verdict"), !still.guard ? "The filter is off" : armed ? found.title : "");
   $("verdict").className = !still.guard ? "refused" : found.kind;
