@@ -121,7 +121,8 @@ gain = track.sdo['velocity_gain']
 assert gain.od.max == 1_000_000, gain.od.max
 gain.raw = 2222
 track.store()
-assert track.sdo['Settings in flash']['Restart needed'].raw == 1
+# A gain is in force at once.
+assert track.sdo['Settings in flash']['Restart needed'].raw == 0
 ";
 
 const READ_THE_GAIN: &str = "
