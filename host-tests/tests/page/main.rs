@@ -17,6 +17,8 @@ use tautrack_host_tests::programs::setup::checkout;
 const LARGEST: usize = 5_000_000;
 const DESKTOP: [u32; 2] = [1280, 800];
 const PHONE: [u32; 2] = [390, 844];
+/// Window of a test while nobody looks: without a graphics card, drawing takes most of the time.
+const SMALL: [u32; 2] = [860, 240];
 
 /// Folder for the files of these tests.
 fn folder() -> PathBuf {
@@ -55,6 +57,7 @@ fn browse(name: &str, file: &Path) -> Browser {
 fn open(name: &str) -> Browser {
     let mut browser = browse(name, page());
     browser.wait("window.tautrack?.state && document.getElementById('loading').hidden");
+    browser.dress(SMALL, false);
     browser
 }
 
@@ -100,6 +103,14 @@ fn keep_picture(browser: &mut Browser, name: &str) {
     if docs.exists() && env::var_os("TAUTRACK_ACCEPT").is_some() {
         fs::write(docs, picture).expect("a file");
     }
+}
+
+/// Keeps a picture of a small window as a desktop shows it.
+fn keep_desktop(browser: &mut Browser, name: &str) {
+    browser.dress(DESKTOP, false);
+    browser.evaluate("new Promise(done => setTimeout(done, 400))");
+    keep_picture(browser, name);
+    browser.dress(SMALL, false);
 }
 
 impl Browser {
@@ -178,7 +189,7 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         let reason = browser.evaluate("document.getElementById('reason').innerText");
         let reason = reason.as_str().expect("a text");
         assert!(reason.contains("rear edge"), "{reason}");
-        keep_picture(&mut browser, "refused");
+        keep_desktop(&mut browser, "refused");
         browser.wait("tautrack.state.sample.time_s > 25");
         browser.key(false, "KeyW");
         assert_eq!(
@@ -190,7 +201,7 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         let verdict = "tautrack.state.sample.received.verdict";
         browser.press("Escape");
         browser.wait(&format!("{verdict} === 'refused: emergency stop'"));
-        keep_picture(&mut browser, "stopped");
+        keep_desktop(&mut browser, "stopped");
         browser.press("KeyR");
         browser.press("Enter");
         browser.wait(&format!("{verdict} !== 'refused: emergency stop'"));
@@ -206,7 +217,7 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
             "{log}"
         );
         browser.wait("document.getElementById('state').textContent.includes('node lost')");
-        keep_picture(&mut browser, "broken");
+        keep_desktop(&mut browser, "broken");
         browser.assert_repeats("broken");
         browser.assert_no_errors();
     });
@@ -243,7 +254,7 @@ fn the_panel_reads_writes_saves_and_finds_a_setting_after_a_restart() {
         browser.click("#panel-record");
         browser.wait("tautrack.recorded === 512");
         browser.evaluate("document.getElementById('panel-plot').scrollIntoView()");
-        keep_picture(&mut browser, "panel");
+        keep_desktop(&mut browser, "panel");
         browser.assert_repeats("panel");
         browser.assert_no_errors();
     });
@@ -266,7 +277,7 @@ fn b2p2_climbs_the_stairs_by_itself() {
                 .as_str()
                 .is_some_and(|figures| figures.contains("By itself")),
         );
-        keep_picture(&mut browser, "climb");
+        keep_desktop(&mut browser, "climb");
         browser.wait("tautrack.state.sample.received.clearance === 'approach' && tautrack.state.sample.truth.cog[2] > 0.75");
         browser.key(false, "KeyW");
         let truth = browser.evaluate("tautrack.state.sample.truth");
@@ -322,7 +333,7 @@ fn a_visitor_loads_the_robot_and_drops_a_scenario_file() {
         browser.evaluate(&format!(
             "(() => {{ {form}; form.mass.value = 1.5; form.x.value = 0.2; form.y.value = -0.05; form.z.value = 0.12; }})()"
         ));
-        keep_picture(&mut browser, "load");
+        keep_desktop(&mut browser, "load");
         browser.evaluate("tautrack.state = null");
         browser.click("#changes button");
         browser.wait("tautrack.state");
@@ -423,6 +434,7 @@ fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
             browser.choose(place);
             browser.evaluate("tautrack.speed = 4");
             browser.arm();
+            browser.dress(DESKTOP, false);
             browser.evaluate("tautrack.speed = 1; tautrack.frames.length = 0");
             browser.key(true, "KeyW");
             browser.wait(&format!("tautrack.frames.length >= {each}"));
@@ -441,7 +453,7 @@ fn every_robot_is_drawn_on_desktop_and_phone_and_fast_enough() {
                     keep_picture(&mut browser, &format!("{name}-{screen}-{theme}"));
                 }
             }
-            browser.dress(DESKTOP, false);
+            browser.dress(SMALL, false);
         }
         all.sort_by(f64::total_cmp);
         let of = |part: f64| all[(part * (all.len() - 1) as f64) as usize];
