@@ -12,6 +12,7 @@ const STAGE: Ratings = Ratings {
     highest: 4_250,
     sampled: 4_250,
     full_scale: 32.0,
+    highest_supply: f32::INFINITY,
 };
 const MOUNTING: Mounting = Mounting {
     counts_per_turn: 4_096,

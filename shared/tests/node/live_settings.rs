@@ -13,6 +13,8 @@ const TOO_HIGH: u32 = 0x0609_0031;
 const TOO_LOW: u32 = 0x0609_0032;
 /// The boards of these tests measure 40 A, and so 150 % of this, mA.
 const LARGEST_CURRENT: i32 = 26_666;
+/// They bear 36 V, 110 % of the back-EMF of 0.04 N m/A and a gear of 60 at 120 % of this, mrad/s.
+const LARGEST_VELOCITY: i32 = 11_363;
 
 fn live() -> Vec<Setting> {
     Setting::live().collect()
@@ -124,9 +126,14 @@ impl Run {
             "velocity_limit" | "bench_speed" => (value as f32) < speed * 1e3,
             _ => false,
         };
+        let largest = match row.name {
+            "current_limit" => LARGEST_CURRENT,
+            "velocity_limit" => LARGEST_VELOCITY,
+            _ => row.maximum,
+        };
         if value < row.minimum {
             Some(TOO_LOW)
-        } else if value > row.maximum || row.name == "current_limit" && value > LARGEST_CURRENT {
+        } else if value > largest {
             Some(TOO_HIGH)
         } else {
             let refused = armed && limit && (value > self.value(setting) || below_present);
