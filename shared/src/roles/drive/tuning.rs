@@ -73,11 +73,10 @@ impl Tuning {
     /// at once. A value out of bounds does not; it is refused elsewhere.
     ///
     /// # Errors
-    /// [`Abort::TooHigh`] if the board cannot measure the current, or does not bear an open bridge at
-    /// the speed.
-    /// [`Abort::DeviceState`] while a
-    /// calibration runs, and if an armed drive would get a higher limit, or one below its present
-    /// current or speed: that would be a fault at once.
+    /// [`Abort::TooHigh`] if the board cannot measure the current, or does not bear an open bridge
+    /// at the speed. [`Abort::DeviceState`] while a calibration runs, and if an armed drive would
+    /// get a higher limit, one below its present current or speed (that would be a fault at once),
+    /// or another limit of its deceleration, power or slope ([`Effect::Disarmed`]).
     pub fn check(&self, setting: Setting, before: i32, value: i32) -> Result<bool, Abort> {
         let effect = setting.effect();
         let row = setting.bounds();
@@ -97,9 +96,12 @@ impl Tuning {
             Setting::VelocityLimit | Setting::BenchSpeed => self.speed,
             _ => 0.0,
         };
-        let allowed = effect == Effect::Gain
-            || !self.armed
-            || value <= before && present <= value as f32 * UNIT;
+        let allowed = match effect {
+            _ if !self.armed => true,
+            Effect::Gain => true,
+            Effect::Limit => value <= before && present <= value as f32 * UNIT,
+            Effect::Disarmed | Effect::Restart => false,
+        };
         if self.calibrates || !allowed {
             return Err(Abort::DeviceState);
         }
