@@ -3,7 +3,7 @@
 use crate::boards::{LIMITS, POWER_STAGE};
 use crate::refusal::{Refusal, refuse};
 use tautrack::motor::board_limits;
-use tautrack::motor::current::CurrentLoop;
+use tautrack::motor::current::{CurrentLoop, CurrentLoopError};
 use tautrack::robots::Body;
 use tautrack::roles::drive;
 use tautrack::screw::Geometry;
@@ -38,5 +38,8 @@ pub fn guard<B: Body>(settings: &Settings) -> Result<(), Refusal> {
 /// be done, or if the board does not bear the settings.
 pub fn current_loop(settings: &Settings) -> Result<CurrentLoop, Refusal> {
     board_limits::check(LIMITS, settings).map_err(|error| refuse(error.limit.name, error))?;
-    drive::current_loop(settings, &POWER_STAGE).map_err(|error| refuse("current loop", error))
+    drive::current_loop(settings, &POWER_STAGE).map_err(|error| match error {
+        CurrentLoopError::SupplyTooHigh(error) => refuse("velocity_limit", error),
+        error => refuse("current loop", error),
+    })
 }

@@ -8,6 +8,7 @@ use object::{Object, ObjectSection, ObjectSegment};
 use std::time::Instant;
 use tautrack::can::Frame;
 use tautrack::link::{BodyMeasurands, Sensors, Stepped};
+use tautrack::settings::Setting;
 
 const NODE: u16 = 5;
 const STEPS: u32 = 2_000;
@@ -148,6 +149,11 @@ fn unusable_settings_are_refused_with_the_reason() {
         for mut node in [Node::host(role), Node::emulated(role)] {
             let refusal = node.start(&[(1, 128)], Some(MOTOR));
             assert!(refusal.contains("128"), "{refusal}");
+            // At 120 % of 12 rad/s, the default motor has 34.6 V.
+            let fast = [(1, 4), (Setting::VelocityLimit.description().key, 12_000)];
+            let refusal = node.start(&fast, Some(MOTOR));
+            let named = refusal.starts_with("velocity_limit:") && refusal.contains("38.0 V");
+            assert!(named || role == "guard", "{refusal}");
         }
     }
 }

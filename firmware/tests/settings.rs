@@ -451,6 +451,7 @@ fn a_blank_node_is_mute_until_lss_gives_it_an_id_which_survives() {
 #[test]
 fn a_restarted_drive_has_the_gains_and_limits_that_were_saved_last() {
     let live: Vec<_> = Setting::live().collect();
+    let board_limited = [Setting::CurrentLimit, Setting::VelocityLimit];
     let mut state = 7_u32;
     let mut below = |end: usize| {
         state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
@@ -471,12 +472,16 @@ fn a_restarted_drive_has_the_gains_and_limits_that_were_saved_last() {
                 let value = (f64::from(expected[index]) * [0.5, 0.9, 1.1][below(3)]) as i32;
                 let row = live[index].bounds();
                 let refused = client.set(live[index], value);
-                let raises =
-                    armed && live[index].effect() == Effect::Limit && value > expected[index];
+                let raises = armed
+                    && match live[index].effect() {
+                        Effect::Limit => value > expected[index],
+                        Effect::Disarmed => true,
+                        _ => false,
+                    };
                 let within = (row.minimum..=row.maximum).contains(&value);
                 if raises {
                     assert!(refused.is_some(), "{:?} = {value}", live[index]);
-                } else if within && !armed && live[index] != Setting::CurrentLimit {
+                } else if within && !armed && !board_limited.contains(&live[index]) {
                     assert_eq!(refused, None, "{:?} = {value}", live[index]);
                 }
                 if refused.is_none() {

@@ -106,7 +106,7 @@ settings! {
     VelocityLimit = 0x0017, "velocity_limit", "mrad/s", 1..=2_000_000, 6_000, Limit;
     /// Maximum acceleration of the output shaft, and its deceleration but in quick stops
     /// (`quick_stop_deceleration`).
-    AccelerationLimit = 0x0018, "acceleration_limit", "mrad/s^2", 1..=100_000_000, 20_000, Limit;
+    AccelerationLimit = 0x0018, "acceleration_limit", "mrad/s^2", 1..=100_000_000, 20_000, Disarmed;
     /// Gain of the position loop: velocity per position error.
     PositionGain = 0x0019, "position_gain", "1e-3/s", 0..=1_000_000, 20_000, Gain;
     /// Gain of the velocity loop: motor current per velocity error of the output shaft.
@@ -262,17 +262,17 @@ settings! {
     /// Supply voltage at which the fault "over-voltage" begins.
     OverVoltage = 0x00d3, "over_voltage", "mV", 6_000..=60_000, 32_000;
     /// Maximum current that a drive takes from the supply.
-    SupplyCurrentLimit = 0x00d4, "supply_current_limit", "mA", 100..=200_000, 200_000, Limit;
+    SupplyCurrentLimit = 0x00d4, "supply_current_limit", "mA", 100..=200_000, 200_000, Disarmed;
     /// Maximum current that a braking drive returns to the supply.
-    RegenerationCurrentLimit = 0x00d5, "regeneration_current_limit", "mA", 0..=200_000, 200_000, Limit;
+    RegenerationCurrentLimit = 0x00d5, "regeneration_current_limit", "mA", 0..=200_000, 200_000, Disarmed;
     /// Maximum electrical power of the motor: mechanical power plus the losses of the winding.
-    PowerLimit = 0x00d6, "power_limit", "W", 1..=20_000, 20_000, Limit;
+    PowerLimit = 0x00d6, "power_limit", "W", 1..=20_000, 20_000, Disarmed;
     /// Speed, as a fraction of `velocity_limit`, above which the current that accelerates the axle
     /// is reduced. At 120 % of `velocity_limit`, where the fault "overspeed" begins, it is 0. The
     /// current that brakes is not reduced.
     VelocityDerating = 0x00d7, "velocity_derating", "1e-3", 1_000..=1_190, 1_100;
     /// Maximum change of the motor current, and so of the torque, per time.
-    CurrentSlope = 0x00d8, "current_slope", "A/s", 1..=200_000, 200_000, Limit;
+    CurrentSlope = 0x00d8, "current_slope", "A/s", 1..=200_000, 200_000, Disarmed;
     /// Current that the motor's winding carries for ever. 0: every current up to `current_limit`.
     WindingCurrent = 0x00d9, "winding_current", "mA", 0..=100_000, 0;
     /// Thermal time constant of the motor's winding.

@@ -207,6 +207,12 @@ fn settings_that_the_board_does_not_bear_are_refused_by_name() {
         "brake_release_time = 40",
         "brake_release_time = 40, this board allows 0 to 0",
     );
+    // The default motor has 2.4 V s/rad: at 120 % of 12 rad/s 34.6 V: 38.0 V with 10 %.
+    refused(
+        "velocity_limit = 12000",
+        "supply if the bridge opens at 120 % of velocity_limit = 38.0 V, at most 36.0 V on this \
+         board",
+    );
 }
 
 /// The motor board's RAM after an over-voltage, a panic, and the reset by the watchdog.

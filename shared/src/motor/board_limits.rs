@@ -1,6 +1,7 @@
 //! Bounds and defaults of the settings that depend on what a board is built of: they are narrower
 //! than those of the table of settings.
 
+use super::limits::OVERSPEED;
 use crate::settings::{Bounds, Setting, Settings, bounds_of_row};
 use core::fmt;
 
@@ -36,6 +37,66 @@ impl fmt::Display for BeyondBoard {
             "{name} = {got}, this board allows {minimum} to {maximum}"
         )
     }
+}
+
+/// A `velocity_limit` at which an open bridge charges the supply too high.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SupplyTooHigh {
+    /// Supply voltage if the bridge opens at the speed of the fault "overspeed", V.
+    pub got: f32,
+    /// What the board bears, V.
+    pub maximum: f32,
+}
+
+impl fmt::Display for SupplyTooHigh {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { got, maximum } = self;
+        write!(
+            out,
+            "supply if the bridge opens at 120 % of velocity_limit = {got:.1} V, at most \
+             {maximum:.1} V on this board"
+        )
+    }
+}
+
+/// Highest voltage to which the diodes of an open bridge charge a capacitor of 100 uF, per back-EMF
+/// between two terminals, for a brushed motor. Nothing controls it above its supply, so the
+/// capacitor already has the back-EMF. The table in docs/motor.md shows the result.
+const BRUSHED: f32 = 1.1;
+/// The same of a three-phase motor. Until it opens, the bridge keeps the supply below the back-EMF.
+/// Then the inductances carry the voltage beyond it.
+const THREE_PHASE: f32 = 1.28;
+
+/// Returns the supply voltage, V, to which a bridge that opens at the speed of the fault
+/// "overspeed" charges the capacitor, for a velocity limit of 1 rad/s.
+fn supply_of_open_bridge(settings: &Settings) -> f32 {
+    let constant = settings.si(Setting::TorqueConstant) * settings.si(Setting::GearRatio);
+    let by_constant = if settings.get(Setting::MotorKind) == 0 {
+        BRUSHED
+    } else {
+        // Root of 3, for the voltage between two phases, by the 1.5 of the torque of three phases.
+        THREE_PHASE * 1.154_700_5
+    };
+    OVERSPEED * by_constant * constant
+}
+
+/// Returns the largest velocity limit, rad/s, of the motor in the settings on a board that bears a
+/// supply voltage of `highest`, V.
+pub fn largest_velocity(settings: &Settings, highest: f32) -> f32 {
+    highest / supply_of_open_bridge(settings)
+}
+
+/// Checks that a bridge that opens at any speed up to the fault "overspeed" charges the supply to
+/// at most `maximum`, V.
+///
+/// # Errors
+/// The voltage that it would reach.
+pub fn check_velocity(settings: &Settings, maximum: f32) -> Result<(), SupplyTooHigh> {
+    let got = supply_of_open_bridge(settings) * settings.si(Setting::VelocityLimit);
+    if got > maximum {
+        return Err(SupplyTooHigh { got, maximum });
+    }
+    Ok(())
 }
 
 /// Sets the defaults of a board.

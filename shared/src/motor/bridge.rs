@@ -23,6 +23,9 @@ pub struct Ratings {
     pub sampled: u16,
     /// Current that the code 0 or 2^16 - 1 means, A.
     pub full_scale: f32,
+    /// Highest supply voltage that the board bears, V. The diodes of an open bridge charge its
+    /// capacitor.
+    pub highest_supply: f32,
 }
 
 /// Part of the supply voltage that the bridge gives at most, between two terminals, before the

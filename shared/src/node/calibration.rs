@@ -2,6 +2,7 @@
 //! calibrated, reports its progress, and puts the values into use.
 
 use crate::math::to_i32;
+use crate::motor::board_limits;
 use crate::motor::bridge::Ratings;
 use crate::motor::calibration::{self, Calibration, Plan, Progress, Record, Refusal, SETTINGS};
 use crate::motor::current::{Config, CurrentLoop, Excitation};
@@ -187,6 +188,8 @@ impl Calibrator {
 
     fn make_loop(&self, settings: &Settings) -> Result<CurrentLoop, Refusal> {
         let config = Config::from_settings(settings, self.periods_per_control);
+        board_limits::check_velocity(settings, self.ratings.highest_supply)
+            .map_err(|_| Refusal::NoLoop)?;
         let mut current_loop =
             CurrentLoop::new(&config, &self.ratings).map_err(|_| Refusal::NoLoop)?;
         current_loop.set_sensing(calibration::sensing(settings));

@@ -19,6 +19,7 @@ use crate::bus::pdo::{DriveMotion, transmit};
 use crate::can::Frame;
 use crate::constants::CONTROL_HZ;
 use crate::fault_log::{Circumstances, FaultLog};
+use crate::motor::board_limits;
 use crate::motor::bridge::{BridgeStop, Ratings};
 use crate::motor::calibration;
 use crate::motor::capture::{Capture, Request};
@@ -391,6 +392,10 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
         let calibrator = &self.measurements.borrow().calibrator;
         axle::publish_calibration(&mut self.objects.values, calibrator.report());
         if excitation.is_none() {
+            let Objects {
+                tuning, ratings, ..
+            } = &mut self.objects;
+            tuning.fit(calibrator.settings(), ratings);
             self.objects.values.set(axle::OBJECT2050, NONE);
         }
         excitation
@@ -459,6 +464,8 @@ pub fn current_loop(settings: &Settings, stage: &Ratings) -> Result<CurrentLoop,
     let sensing = calibration::sensing(settings);
     let mut current_loop = CurrentLoop::new(&config, stage)?;
     config.check_range(&sensing, stage)?;
+    board_limits::check_velocity(settings, stage.highest_supply)
+        .map_err(CurrentLoopError::SupplyTooHigh)?;
     current_loop.set_sensing(sensing);
     let (periods, wave) = cogging::stored(settings);
     current_loop.set_cogging(periods, wave);

@@ -31,6 +31,9 @@ pub enum Effect {
     Gain,
     /// At once. While the drive is armed, only a lower value is accepted.
     Limit,
+    /// At once, but only while the drive is disarmed: a lower value would keep a drive that moves
+    /// from stopping, or would drop its load.
+    Disarmed,
 }
 
 /// Key and numbers of a row.
@@ -126,7 +129,8 @@ impl<const ROWS: usize, const NUMBERS: usize> Packed<ROWS, NUMBERS> {
         match self.rows[row].scale_and_effect >> EFFECT {
             0 => Effect::Restart,
             1 => Effect::Gain,
-            _ => Effect::Limit,
+            2 => Effect::Limit,
+            _ => Effect::Disarmed,
         }
     }
 }

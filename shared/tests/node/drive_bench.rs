@@ -16,6 +16,7 @@ const STAGE: Ratings = Ratings {
     highest: 4_250,
     sampled: 4_250,
     full_scale: 160.0,
+    highest_supply: f32::INFINITY,
 };
 const SUPPLY: f32 = 24.0;
 

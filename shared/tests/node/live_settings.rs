@@ -13,6 +13,19 @@ const TOO_HIGH: u32 = 0x0609_0031;
 const TOO_LOW: u32 = 0x0609_0032;
 /// The boards of these tests measure 40 A, and so 150 % of this, mA.
 const LARGEST_CURRENT: i32 = 26_666;
+/// They bear 36 V, 110 % of the back-EMF of 0.04 N m/A and a gear of 60 at 120 % of this, mrad/s.
+const LARGEST_VELOCITY: i32 = 11_363;
+
+/// What an armed drive stops and holds its load with: decelerations, slopes and powers.
+const KEPT: [Setting; 7] = [
+    Setting::AccelerationLimit,
+    Setting::QuickStopDeceleration,
+    Setting::CurrentSlope,
+    Setting::TorqueModeSlope,
+    Setting::PowerLimit,
+    Setting::SupplyCurrentLimit,
+    Setting::RegenerationCurrentLimit,
+];
 
 fn live() -> Vec<Setting> {
     Setting::live().collect()
@@ -124,12 +137,19 @@ impl Run {
             "velocity_limit" | "bench_speed" => (value as f32) < speed * 1e3,
             _ => false,
         };
+        let largest = match row.name {
+            "current_limit" => LARGEST_CURRENT,
+            "velocity_limit" => LARGEST_VELOCITY,
+            _ => row.maximum,
+        };
         if value < row.minimum {
             Some(TOO_LOW)
-        } else if value > row.maximum || row.name == "current_limit" && value > LARGEST_CURRENT {
+        } else if value > largest {
             Some(TOO_HIGH)
         } else {
-            let refused = armed && limit && (value > self.value(setting) || below_present);
+            let refused = armed
+                && (row.effect == Effect::Disarmed
+                    || limit && (value > self.value(setting) || below_present));
             refused.then_some(DEVICE_STATE)
         }
     }
@@ -226,6 +246,7 @@ proptest! {
                 let limits = live().into_iter().zip(before.iter().zip(&run.expected));
                 for (setting, (before, after)) in limits {
                     prop_assert!(setting.effect() == Effect::Gain || after <= before, "{setting:?}");
+                    prop_assert!(after >= before || !KEPT.contains(&setting), "{setting:?}");
                 }
             }
         }
@@ -257,11 +278,16 @@ proptest! {
             ((mode::CYCLIC_VELOCITY, 0), (mode::CYCLIC_VELOCITY, target))
         };
         let goal = armed.then_some(at_rest);
-        for wire in [&mut written, &mut started] {
-            command(wire, goal, 60);
-        }
-        for (setting, value) in changes {
-            prop_assert_eq!(written.set(setting, value), None, "{:?}", setting);
+        let (before, then): (Vec<_>, Vec<_>) = changes
+            .into_iter()
+            .partition(|(setting, _)| setting.effect() == Effect::Disarmed);
+        for (goal, changes) in [(None, before), (goal, then)] {
+            for wire in [&mut written, &mut started] {
+                command(wire, goal, 60);
+            }
+            for (setting, value) in changes {
+                prop_assert_eq!(written.set(setting, value), None, "{:?}", setting);
+            }
         }
         let mut moved = 0.0_f32;
         for (load, goal) in [(0.0, at_rest), (0.0, moving), (0.2, moving), (0.0, at_rest)] {
@@ -343,6 +369,25 @@ fn a_lower_limit_acts_on_a_moving_drive_at_once() {
     assert!(demand(&wire) > 3.9, "{}", demand(&wire));
     assert_eq!(wire.set(Setting::CurrentLimit, 3_000), Some(DEVICE_STATE));
     assert_eq!(wire.get(Setting::CurrentLimit), 4_000);
+}
+
+/// A drive that moves must be able to stop, whatever a client writes.
+#[test]
+fn a_moving_drive_refuses_a_limit_that_would_keep_it_from_stopping() {
+    let mut wire = Wire::axle(&[]);
+    command(&mut wire, Some((mode::CYCLIC_VELOCITY, 5_000_000)), 1_000);
+    for setting in live() {
+        if KEPT.contains(&setting) {
+            let lowest = setting.bounds().minimum;
+            assert_eq!(wire.set(setting, lowest), Some(DEVICE_STATE), "{setting:?}");
+        }
+    }
+    let state = wire.state();
+    wire.command = Some(set_point(0x02, mode::CYCLIC_VELOCITY, 5_000_000));
+    wire.run(1_000);
+    assert_eq!(state, State::OperationEnabled);
+    let velocity = wire.outputs().velocity;
+    assert!(velocity.abs() < 0.01, "{velocity}");
 }
 
 #[test]

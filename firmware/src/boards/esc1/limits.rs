@@ -9,6 +9,10 @@ use super::analogue::ZERO;
 use tautrack::motor::board_limits::Limit;
 use tautrack::settings::Setting;
 
+/// Highest supply voltage in a fault, V: that of the table in docs/motor.md. The transistors are
+/// made for 60 V; nobody has looked at what the other parts bear.
+pub const HIGHEST_SUPPLY: f32 = 36.0;
+
 /// The bounds.
 pub const LIMITS: [Limit; 11] = [
     limit(

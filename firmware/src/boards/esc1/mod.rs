@@ -184,6 +184,7 @@ impl Board for Esc1 {
         highest: bridge::HIGHEST,
         sampled: bridge::SAMPLED,
         full_scale: analogue::FULL_SCALE_AMPERES,
+        highest_supply: limits::HIGHEST_SUPPLY,
     };
 
     const LIMITS: &'static [Limit] = &limits::LIMITS;

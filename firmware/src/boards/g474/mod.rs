@@ -68,6 +68,7 @@ impl Board for G474 {
         highest: 1,
         sampled: 1,
         full_scale: 0.0,
+        highest_supply: 0.0,
     };
 
     type Storage = storage::Storage;

@@ -121,7 +121,7 @@ impl Axle {
             gear_ratio: 60_000,
             friction_torque: 0.3,
             brake_torque: 0.0,
-            velocity_limit: 1.2 * WHEEL_RATE,
+            velocity_limit: 1.05 * WHEEL_RATE,
             acceleration_limit: 120_000,
             velocity_gain: 3_000,
             position_bits: 16,

@@ -81,13 +81,19 @@ const WHEEL: &[(Setting, i32)] = &[
 ];
 /// Steering and pitch: J = 0.225 (rotor) + 0.4 (arm with wheels, or seat) kg m^2, T = 6 N m/A, w =
 /// 60 rad/s.
-const SHAFT: &[(Setting, i32)] = &[(Setting::VelocityGain, 6_200)];
-/// Roll: J = 0.9 (rotor) + 1.3 (half of the robot) kg m^2, T = 12 N m/A, w = 60 rad/s.
-const ROLL: &[(Setting, i32)] = &[(Setting::VelocityGain, 11_000)];
-/// Settings that steering, pitch and roll have in common.
-const GEARED: &[(Setting, i32)] = &[
+const SHAFT: &[(Setting, i32)] = &[
     // A heavy load off the centre line moves arms and seat fast until their drives hold them.
     (Setting::VelocityLimit, 3_000),
+    (Setting::VelocityGain, 6_200),
+];
+/// Roll: J = 0.9 (rotor) + 1.3 (half of the robot) kg m^2, T = 12 N m/A, w = 60 rad/s.
+const ROLL: &[(Setting, i32)] = &[
+    // The largest one with which a bridge that opens charges the supply to less than 36 V.
+    (Setting::VelocityLimit, 1_690),
+    (Setting::VelocityGain, 11_000),
+];
+/// Settings that steering, pitch and roll have in common.
+const GEARED: &[(Setting, i32)] = &[
     (Setting::AccelerationLimit, 4_000),
     (Setting::PositionBits, 24),
     (Setting::HomingDirection, 1),

@@ -33,6 +33,7 @@ const RATINGS: Ratings = Ratings {
     highest: 4_250,
     sampled: 4_250,
     full_scale: 163.84,
+    highest_supply: f32::INFINITY,
 };
 
 /// State of the bridge's timer.

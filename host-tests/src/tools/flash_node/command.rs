@@ -147,6 +147,7 @@ fn live(effect: Effect) -> &'static str {
     match effect {
         Effect::Restart => "",
         Effect::Gain | Effect::Limit => "  (a running drive takes a new value at once)",
+        Effect::Disarmed => "  (a drive that is not armed takes a new value at once)",
     }
 }
 

@@ -2,6 +2,7 @@
 //! the node id.
 
 use super::command::{Arguments, Role};
+use crate::programs::settings_pages;
 use crate::programs::setup::checkout;
 use crate::robots::{self, Kind};
 use crate::scenario::Scenario;
@@ -41,6 +42,10 @@ pub(super) fn collect(arguments: &Arguments) -> Result<Vec<(Setting, i32)>, Stri
             .map_err(|error| error.to_string())?;
     }
     board_limits::check(limits, &checked).map_err(|error| error.to_string())?;
+    if arguments.role != Role::Guard {
+        let largest = settings_pages::motor_board::HIGHEST_SUPPLY;
+        board_limits::check_velocity(&checked, largest).map_err(|error| error.to_string())?;
+    }
     Ok(settings)
 }
 

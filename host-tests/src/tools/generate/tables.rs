@@ -121,6 +121,7 @@ pub fn effect(effect: Effect) -> &'static str {
         Effect::Restart => "after a restart",
         Effect::Gain => "at once",
         Effect::Limit => "at once; while armed, only a lower one",
+        Effect::Disarmed => "at once, but refused while armed",
     }
 }
 

@@ -34,7 +34,7 @@ pub(in crate::tools) fn run(command: Command) -> Result<(), ToolError> {
             say(&with_unit(setting, read(&mut client, node.node, setting)?));
             say(match setting.effect() {
                 Effect::Restart => "the node uses it after a save and a restart",
-                Effect::Gain | Effect::Limit => "a drive uses it now",
+                Effect::Gain | Effect::Limit | Effect::Disarmed => "a drive uses it now",
             });
             if save {
                 self::save(&mut client, node.node)?;

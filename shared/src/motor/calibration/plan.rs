@@ -103,6 +103,7 @@ mod tests {
             highest: 4_250,
             sampled: 4_250,
             full_scale: 40.0,
+            highest_supply: f32::INFINITY,
         };
         Plan::from_settings(&settings, &ratings, false)
     }

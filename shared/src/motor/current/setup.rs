@@ -8,6 +8,7 @@ use super::operating_point::Fixed;
 use super::zero::ConverterZero;
 use super::{CurrentLoop, DEMAND_CONTROL_PERIODS, Demand, Motor};
 use crate::math::to_i32;
+use crate::motor::board_limits::SupplyTooHigh;
 use crate::motor::bridge::{CurrentSensing, Ratings};
 use crate::motor::halls::COUNTS_PER_ELECTRICAL_TURN;
 use crate::motor::index::Index;
@@ -103,6 +104,8 @@ pub enum CurrentLoopError {
         /// The longest dead time, s.
         maximum: f32,
     },
+    /// An open bridge would charge the supply too high.
+    SupplyTooHigh(SupplyTooHigh),
 }
 
 impl fmt::Display for CurrentLoopError {
@@ -127,6 +130,7 @@ impl fmt::Display for CurrentLoopError {
             Self::DeadTimeTooLong { got, maximum } => {
                 write!(out, "dead time = {got} s, at most {maximum} s")
             }
+            Self::SupplyTooHigh(error) => error.fmt(out),
         }
     }
 }

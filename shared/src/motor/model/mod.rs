@@ -20,13 +20,15 @@ use noise::Noise;
 use winding::{Supply, Winding};
 
 /// The simulated power stage: 20 kHz, compare values as on a timer with 170 MHz that counts up and
-/// down, and a current range that suits every motor of the simulated robots.
+/// down, a current range that suits every motor of the simulated robots, and the supply voltage
+/// that the motor board bears.
 pub const POWER_STAGE: Ratings = Ratings {
     pwm_hz: 20_000,
     period: 4_250,
     highest: 4_250,
     sampled: 4_250,
     full_scale: 160.0,
+    highest_supply: 36.0,
 };
 
 const TURN: f32 = core::f32::consts::TAU;

@@ -1,4 +1,9 @@
 //! Electrical part of a motor: bridge and winding.
+//!
+//! A half bridge has its mean voltage for the whole period, so the current has no ripple within it.
+//! A board samples the current in the middle of the zero vector. That is the mean only if the time
+//! constant of the winding is long: with an inductance of some uH the sample is near 0 on a board,
+//! and here it is not.
 
 use super::{ThreePhaseModel, WindingModel, bounded, magnitude};
 use crate::math::trig::sin_cos;

@@ -1,6 +1,7 @@
 //! Settings that take effect at once ([`Effect`]): what a drive accepts, by what it does now.
 
 use crate::bus::node::Abort;
+use crate::motor::board_limits;
 use crate::motor::bridge::Ratings;
 use crate::motor::calibration;
 use crate::motor::current::largest_current;
@@ -13,8 +14,10 @@ const UNIT: f32 = 1e-3;
 /// What a drive does since its last tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
-    /// Largest current limit that the board can measure, in the unit of the setting.
+    /// Largest current limit that the board can measure, and largest velocity limit with
+    /// which it bears an open bridge, in the units of the settings.
     largest_current: i32,
+    largest_velocity: i32,
     /// The motor has current.
     pub armed: bool,
     /// A calibration excites the motor, within the limits with which it began.
@@ -27,14 +30,24 @@ pub(super) struct Tuning {
 impl Tuning {
     /// Creates the state of a drive that is off.
     pub fn new(settings: &Settings, ratings: &Ratings) -> Self {
-        let largest = largest_current(&calibration::sensing(settings), ratings);
-        Self {
-            largest_current: (largest / UNIT) as i32,
+        let mut tuning = Self {
+            largest_current: 0,
+            largest_velocity: 0,
             armed: false,
             calibrates: false,
             current: 0.0,
             speed: 0.0,
-        }
+        };
+        tuning.fit(settings, ratings);
+        tuning
+    }
+
+    /// Takes what a calibration has changed in the settings.
+    pub fn fit(&mut self, settings: &Settings, ratings: &Ratings) {
+        let current = largest_current(&calibration::sensing(settings), ratings);
+        let velocity = board_limits::largest_velocity(settings, ratings.highest_supply);
+        self.largest_current = (current / UNIT) as i32;
+        self.largest_velocity = (velocity / UNIT) as i32;
     }
 
     /// Takes inputs and outputs of a tick.
@@ -60,16 +73,22 @@ impl Tuning {
     /// at once. A value out of bounds does not; it is refused elsewhere.
     ///
     /// # Errors
-    /// [`Abort::TooHigh`] if the board cannot measure the current. [`Abort::DeviceState`] while a
-    /// calibration runs, and if an armed drive would get a higher limit, or one below its present
-    /// current or speed: that would be a fault at once.
+    /// [`Abort::TooHigh`] if the board cannot measure the current, or does not bear an open bridge
+    /// at the speed. [`Abort::DeviceState`] while a calibration runs, and if an armed drive would
+    /// get a higher limit, one below its present current or speed (that would be a fault at once),
+    /// or another limit of its deceleration, power or slope ([`Effect::Disarmed`]).
     pub fn check(&self, setting: Setting, before: i32, value: i32) -> Result<bool, Abort> {
         let effect = setting.effect();
         let row = setting.bounds();
         if effect == Effect::Restart || value < row.minimum || value > row.maximum {
             return Ok(false);
         }
-        if setting == Setting::CurrentLimit && value > self.largest_current {
+        let largest = match setting {
+            Setting::CurrentLimit => self.largest_current,
+            Setting::VelocityLimit => self.largest_velocity,
+            _ => i32::MAX,
+        };
+        if value > largest {
             return Err(Abort::TooHigh);
         }
         let present = match setting {
@@ -77,9 +96,12 @@ impl Tuning {
             Setting::VelocityLimit | Setting::BenchSpeed => self.speed,
             _ => 0.0,
         };
-        let allowed = effect == Effect::Gain
-            || !self.armed
-            || value <= before && present <= value as f32 * UNIT;
+        let allowed = match effect {
+            _ if !self.armed => true,
+            Effect::Gain => true,
+            Effect::Limit => value <= before && present <= value as f32 * UNIT,
+            Effect::Disarmed | Effect::Restart => false,
+        };
         if self.calibrates || !allowed {
             return Err(Abort::DeviceState);
         }

@@ -18,6 +18,7 @@ pub const STAGE: Ratings = Ratings {
     highest: 4_250,
     sampled: 4_250,
     full_scale: 64.0,
+    highest_supply: f32::INFINITY,
 };
 pub const SUPPLY: f32 = 24.0;
 /// Steps of the model per PWM period.

@@ -30,6 +30,7 @@ static RATINGS: Ratings = Ratings {
     highest: 4_250,
     sampled: 4_250,
     full_scale: 40.0,
+    highest_supply: 36.0,
 };
 
 /// Settings of a client, without flash, and whether one was changed that needs a restart.

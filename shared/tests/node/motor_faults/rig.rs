@@ -19,6 +19,7 @@ pub const STAGE: Ratings = Ratings {
     highest: 4_250,
     sampled: 4_250,
     full_scale: 160.0,
+    highest_supply: f32::INFINITY,
 };
 const PERIODS: u32 = 20;
 const ENCODER_COUNTS: i32 = 4_096;
@@ -183,8 +184,8 @@ pub struct Rig {
 
 /// A battery that takes nothing back, and the capacitor of the bridge beside it.
 ///
-/// What the bridge returns follows from the energy of rotor and winding: what these lose, minus
-/// friction and copper.
+/// What the bridge returns follows from the energy of rotor and winding: what these lose and a load
+/// gives, minus friction and copper.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
     pub battery: f64,
@@ -193,7 +194,12 @@ pub struct Supply {
     /// Voltage above which the board reports an over-voltage.
     pub bound: f64,
     stored: Option<f64>,
+    /// Torque of the load in the PWM period that ends, N m.
+    load: f64,
 }
+
+/// Current that the noise of the converters shows at most, A.
+const NO_CURRENT: f64 = 0.15;
 
 impl Supply {
     pub fn new(battery: f64, capacitor: f64, bound: f64) -> Self {
@@ -203,11 +209,13 @@ impl Supply {
             voltage: battery,
             bound,
             stored: None,
+            load: 0.0,
         }
     }
 
-    /// Takes what the bridge returned in a PWM period.
-    fn period(&mut self, model: &MotorModel, velocity: f64, [a, b]: [f64; 2]) {
+    /// Takes what the bridge returned in the PWM period that ends. In the next one, a load resists
+    /// with this torque.
+    fn period(&mut self, model: &MotorModel, velocity: f64, load: f64, [a, b]: [f64; 2]) {
         let (resistance, inductance, c) = match model.winding {
             WindingModel::Brushed {
                 resistance,
@@ -223,10 +231,14 @@ impl Supply {
         let time = 1.0 / f64::from(STAGE.pwm_hz);
         let inertia = f64::from(model.rotor_inertia) * GEAR * GEAR;
         let stored = 0.5 * (inertia * velocity * velocity + f64::from(inductance) * squares);
-        let lost = time
-            * (f64::from(model.friction_torque) * velocity.abs() + f64::from(resistance) * squares);
+        let friction = f64::from(model.friction_torque) * velocity.abs();
+        let load = std::mem::replace(&mut self.load, load);
+        let lost = time * (friction + load * velocity + f64::from(resistance) * squares);
         if let Some(before) = self.stored {
             let returned = before - stored - lost;
+            // Without a current nothing comes back: it would be the rounding of the speed.
+            let flows = squares > NO_CURRENT * NO_CURRENT;
+            let returned = if flows { returned } else { returned.min(0.0) };
             let square = self.voltage * self.voltage + 2.0 * returned / self.capacitor;
             self.voltage = square.max(0.0).sqrt();
         }
@@ -317,7 +329,8 @@ impl Rig {
         if let Some(supply) = &mut self.supply {
             // The converter of the supply voltage is a period behind.
             readings.over_voltage = supply.voltage > supply.bound;
-            supply.period(&self.model, self.motor.shaft().velocity.into(), amperes);
+            let velocity = self.motor.shaft().velocity.into();
+            supply.period(&self.model, velocity, self.load.into(), amperes);
             self.supply_voltage = supply.voltage as f32;
             self.motor.set_load(self.supply_voltage, self.load);
         }
