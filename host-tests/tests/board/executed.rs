@@ -4,7 +4,8 @@
 pub use crate::checks::frame;
 use crate::checks::{self, field};
 use crate::chip::{
-    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Defect, Executed, FDCAN1_IT0, MOE, TIM1, TIM2_IRQ,
+    ADC_CONTROL, ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Defect, Executed, FDCAN1_IT0, GPIO, MOE,
+    TIM1, TIM2_IRQ,
 };
 use crate::images::programs;
 use crate::stamp;
@@ -21,8 +22,6 @@ const APPLICATION: u32 = 0x0800_4000;
 const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
-/// Register of both converters that selects their clock (RM0440, 21.7.2).
-const ADC_CONTROL: u32 = 0x5000_0308;
 /// Node id of the chip.
 pub const NODE: u16 = 5;
 /// RAM that static variables and stack may take, bytes.
