@@ -75,6 +75,8 @@ pub fn report_cause() {
     if CRASH.swap(0, Ordering::Relaxed) == CRASHED {
         reset = Reset::Crash;
         defmt::warn!("the crystal or the program had failed");
+    }
+    if matches!(reset, Reset::Watchdog | Reset::Crash) {
         Selected::note_crash();
     }
     CAUSE.store(reset as u8, Ordering::Relaxed);
