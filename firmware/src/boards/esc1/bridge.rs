@@ -263,6 +263,11 @@ pub fn note_crash() {
     CRASHED.store(true, Ordering::Relaxed);
 }
 
+/// Forgets an event of the processor that is over.
+pub fn forget_event() {
+    pac::TIM1.sr().write(|w| w.0 = !PROCESSOR & FLAGS);
+}
+
 /// PWM periods for which the current loop must command the bridge to be off before a break is
 /// forgotten: 10 ms. An over-current opens the bridge for a few periods.
 const RELEASE_PERIODS: u32 = PWM_HZ / 100;

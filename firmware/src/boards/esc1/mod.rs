@@ -170,6 +170,11 @@ impl Esc1 {
         bridge::note_crash();
     }
 
+    /// Forgets an event of the processor that is over and harmless.
+    pub(super) fn forget_event() {
+        bridge::forget_event();
+    }
+
     /// Whether a break input has opened the bridge.
     pub(super) fn stopped() -> bool {
         bridge::tripped()

@@ -127,7 +127,7 @@ unsafe fn NonMaskableInt() {
         defmt::error!("the crystal has failed");
         wait_for_watchdog();
     }
-    if !super::storage::clear_error() {
+    if super::storage::has_error() && !super::storage::clear_error() {
         stop();
         CRASH.store(CRASHED, Ordering::Relaxed);
         defmt::error!("the flash memory has an error");
