@@ -231,8 +231,8 @@ impl Board for Esc1 {
         reset::keep_faults(log);
     }
 
-    fn set_current_limit(settings: &Settings) {
-        over_current::set_limit(settings);
+    fn set_over_current(limit: f32, zeros: [i32; 3]) {
+        over_current::set_limit(limit, zeros);
     }
 
     fn supply_voltage() -> f32 {

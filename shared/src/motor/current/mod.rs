@@ -267,6 +267,13 @@ impl CurrentLoop {
         self.fit_range();
     }
 
+    /// Returns the current limit, A, and the codes of half bridges a, b and c without current.
+    pub fn over_current(&self) -> (f32, [i32; 3]) {
+        let ampere = self.fixed.ratings.full_scale / (1 << 30) as f32;
+        let [a, b] = self.sensing.zero;
+        (self.current_limit as f32 * ampere, [a, b, self.third_zero])
+    }
+
     /// Lowers the over-current to what the converters show in both directions.
     fn fit_range(&mut self) {
         let range = self.sensing.range() - RANGE_END;
