@@ -175,6 +175,18 @@ pub fn the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break() {
 }
 
 #[test]
+pub fn the_gates_are_pulled_low_and_as_slow_as_pc13_must_be() {
+    let chip = running_axle();
+    // Ports A, B and C.
+    for (port, pin) in [(0, 8), (0, 9), (0, 10), (0, 12), (1, 15), (2, 13)] {
+        let registers = GPIO + 0x400 * port;
+        assert_eq!(field(chip.register(registers), 2 * pin, 2), 2, "alternate");
+        assert_eq!(field(chip.register(registers + 8), 2 * pin, 2), 0, "speed");
+        assert_eq!(field(chip.register(registers + 0xc), 2 * pin, 2), 2, "pull");
+    }
+}
+
+#[test]
 pub fn the_trigger_of_the_samples_is_low_for_four_clocks_of_the_converters() {
     let chip = running_axle();
     // Channel 4 is low while the counter is above its compare value, on the way up and down.
