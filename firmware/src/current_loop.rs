@@ -68,6 +68,11 @@ pub fn set_limits(config: &Config) {
     with(|current_loop| current_loop.set_limits(config));
 }
 
+/// Returns the current limit and the zeros in force ([`CurrentLoop::over_current`]).
+pub fn over_current() -> Option<(f32, [i32; 3])> {
+    with(|current_loop| current_loop.over_current())
+}
+
 /// Sets the current that cancels the cogging torque ([`CurrentLoop::set_cogging`]).
 pub fn set_cogging(periods: i32, wave: Wave) {
     with(|current_loop| current_loop.set_cogging(periods, wave));

@@ -91,6 +91,7 @@ fn main() -> ! {
         tick_guards(received);
         black_box(current_loop::pwm_period(current));
         black_box(current_loop::take_means(|| None));
+        black_box(current_loop::over_current());
         current_loop::set_limits(config);
         current_loop::set_cogging(black_box(1), *wave);
         current_loop::request_capture(*request);

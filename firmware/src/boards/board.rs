@@ -11,7 +11,6 @@ use tautrack::motor::board_limits::Limit;
 use tautrack::motor::bridge::{BridgeStop, Ratings};
 use tautrack::motor::shaft_sensor;
 use tautrack::sensors::{Switches, Temperatures};
-use tautrack::settings::Settings;
 
 /// Interface between a board and the rest of the firmware. A board is a singleton, so its methods
 /// take no `self`.
@@ -74,9 +73,10 @@ pub trait Board {
     fn index() -> Option<u32> {
         None
     }
-    /// Takes over the current limit of these settings, if something besides software opens the
-    /// bridge beyond it. A board without such a thing keeps this method.
-    fn set_current_limit(_: &Settings) {}
+    /// Takes over the current limit, A, and the codes of the three half bridges without current, if
+    /// something besides software opens the bridge beyond the limit. A board without such a thing
+    /// keeps this method.
+    fn set_over_current(_limit: f32, _zeros: [i32; 3]) {}
     /// Supply voltage, V; 0 while it is not known.
     fn supply_voltage() -> f32;
     /// Temperatures of bridge and motor. A board without sensors keeps this method.

@@ -28,6 +28,10 @@ impl Motor for BoardMotor {
         if means.is_some() {
             watchdog::ran(Party::Pwm);
         }
+        // The current loop follows the zeros, and a calibration changes them.
+        if let Some((limit, zeros)) = current_loop::over_current() {
+            Selected::set_over_current(limit, zeros);
+        }
         Readings {
             encoder: Selected::encoder(),
             encoder_broken: Selected::encoder_broken(),
@@ -49,7 +53,6 @@ impl Motor for BoardMotor {
 
     fn set_limits(&mut self, settings: &Settings) {
         current_loop::set_limits(&Config::from_settings(settings, 0));
-        Selected::set_current_limit(settings);
     }
 
     fn set_cogging(&mut self, periods: i32, wave: Wave) {

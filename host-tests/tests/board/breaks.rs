@@ -1,7 +1,7 @@
 //! What opens the bridge without software, and what does not depend on the crystal.
 
 use crate::checks::field;
-use crate::chip::{BDTR, CORE_HZ, Chip, Event, GPIO, MOE, TIM1, Write};
+use crate::chip::{ADC1_2, BDTR, CORE_HZ, Chip, Event, GPIO, MOE, TIM1, Write};
 use crate::executed::{arm, armed_axle, panic_instruction, read, running_axle, write};
 use crate::gates;
 use crate::images::programs;
@@ -235,8 +235,11 @@ pub fn the_drive_says_at_once_what_has_opened_its_bridge_also_without_a_current(
 
 #[test]
 pub fn a_drive_that_was_reset_after_a_failure_says_so() {
-    let failures: [Cause; 3] = [
+    let failures: [Cause; 6] = [
         |chip| chip.event(Event::FlashError),
+        |chip| chip.event(Event::LockUp),
+        |chip| chip.hang_in(16 + ADC1_2),
+        Chip::hang,
         |chip| chip.jump(panic_instruction()),
         |chip| {
             chip.fail_crystal();

@@ -97,6 +97,7 @@ pub fn frames_that_waited_for_the_bus_for_long_are_not_sent() {
             chip.run(HEARTBEAT_US - 5_000);
             let sent = heartbeats(&mut chip, node);
             assert!(sent <= 2, "{wiring:?}: {sent} heartbeats in one period");
+            assert_eq!(chip.resets(), 0, "{wiring:?}");
         }
     }
 }

@@ -4,7 +4,8 @@
 pub use crate::checks::frame;
 use crate::checks::{self, field};
 use crate::chip::{
-    ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Defect, Executed, FDCAN1_IT0, MOE, TIM1, TIM2_IRQ,
+    ADC_CONTROL, ADC1_2, BDTR, CONTROL, CORE_HZ, Chip, Defect, Executed, FDCAN1_IT0, GPIO, MOE,
+    TIM1, TIM2_IRQ,
 };
 use crate::images::programs;
 use crate::stamp;
@@ -21,8 +22,6 @@ const APPLICATION: u32 = 0x0800_4000;
 const LOADER: u32 = 0x0800_0000;
 /// Scenario that has the settings of the nodes.
 const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
-/// Register of both converters that selects their clock (RM0440, 21.7.2).
-const ADC_CONTROL: u32 = 0x5000_0308;
 /// Node id of the chip.
 pub const NODE: u16 = 5;
 /// RAM that static variables and stack may take, bytes.
@@ -173,6 +172,18 @@ pub fn the_bridge_is_centre_aligned_at_20_khz_with_dead_time_and_break() {
     );
     assert_eq!(field(timer(4), 8, 6), 0, "idle level low");
     assert_eq!(field(timer(4), 20, 4), 7, "TRGO2 is channel 4");
+}
+
+#[test]
+pub fn the_gates_are_pulled_low_and_as_slow_as_pc13_must_be() {
+    let chip = running_axle();
+    // Ports A, B and C.
+    for (port, pin) in [(0, 8), (0, 9), (0, 10), (0, 12), (1, 15), (2, 13)] {
+        let registers = GPIO + 0x400 * port;
+        assert_eq!(field(chip.register(registers), 2 * pin, 2), 2, "alternate");
+        assert_eq!(field(chip.register(registers + 8), 2 * pin, 2), 0, "speed");
+        assert_eq!(field(chip.register(registers + 0xc), 2 * pin, 2), 2, "pull");
+    }
 }
 
 #[test]

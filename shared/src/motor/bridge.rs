@@ -106,17 +106,25 @@ impl CurrentSensing {
 
     /// Converts codes to currents; 2^30 is the full scale of the board.
     #[inline]
-    pub fn currents(&self, codes: [u16; 2]) -> [i32; 2] {
-        let current = |phase: usize| {
-            // Beyond full scale on the longer side of the range, the current counts as full scale.
-            let difference = i32::from(codes[phase]) - self.zero[phase];
-            mul_high(
-                difference.clamp(-(1 << 15), 1 << 15) << 15,
-                self.gain[phase],
-            ) << 2
-        };
-        [current(0), current(1)]
+    pub fn currents(&self, [a, b]: [u16; 2]) -> [i32; 2] {
+        let ([zero_a, zero_b], [gain_a, gain_b]) = (self.zero, self.gain);
+        [current(a, zero_a, gain_a), current(b, zero_b, gain_b)]
     }
+
+    /// Converts the code of half bridge c, which has this zero and the gain of b.
+    #[inline]
+    pub fn third(&self, code: u16, zero: i32) -> i32 {
+        current(code, zero, self.gain[1])
+    }
+}
+
+/// Converts a code of a converter with this zero and gain. Beyond full scale on the longer side of
+/// the range, the current counts as full scale.
+#[inline(always)]
+#[allow(clippy::inline_always)] // the PWM interrupt calls it up to three times
+fn current(code: u16, zero: i32, gain: i32) -> i32 {
+    let difference = i32::from(code) - zero;
+    mul_high(difference.clamp(-(1 << 15), 1 << 15) << 15, gain) << 2
 }
 
 /// What has opened the bridge without software, since the drive was disabled last.

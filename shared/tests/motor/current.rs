@@ -898,6 +898,30 @@ proptest! {
 }
 
 #[test]
+fn the_third_converter_has_a_zero_of_its_own() {
+    let mut current_loop = CurrentLoop::new(&THREE_PHASE, &STAGE).unwrap();
+    let mut run = |demand, sum: f64| {
+        let mut electrical = None;
+        for _ in 0..100 {
+            for _ in 0..20 {
+                current_loop.demand(demand, 24.0, 0.0);
+                current_loop.period(&Readings {
+                    third: Some(code(3.0 + sum)),
+                    ..Readings::default()
+                });
+            }
+            electrical = Some(current_loop.take_means().unwrap().electrical);
+        }
+        let electrical = electrical.unwrap();
+        electrical.wrong_sum || electrical.wrong_zero
+    };
+    assert!(!run(BridgeDemand::Off, 0.0));
+    assert!(!run(BridgeDemand::Current(1.0), 4.5));
+    assert!(!run(BridgeDemand::Current(1.0), -4.5));
+    assert!(run(BridgeDemand::Current(1.0), 4.8));
+}
+
+#[test]
 fn currents_that_do_not_add_up_to_0_are_found() {
     for (config, third) in [
         (BRUSHED, None),

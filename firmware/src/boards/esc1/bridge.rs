@@ -13,7 +13,7 @@
 
 use crate::boards::stm32g4::clock::CORE_HZ;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use embassy_stm32::gpio::{Flex, OutputType, Pull};
+use embassy_stm32::gpio::{Flex, OutputType, Pull, Speed};
 use embassy_stm32::pac::timer::vals;
 use embassy_stm32::peripherals::{PA8, PA9, PA10, PA12, PA15, PB15, PC13, TIM1};
 use embassy_stm32::time::Hertz;
@@ -22,7 +22,7 @@ use embassy_stm32::timer::complementary_pwm::{
     ComplementaryPwm, ComplementaryPwmPin, Mms2, Ossi, Ossr,
 };
 use embassy_stm32::timer::low_level::CountingMode;
-use embassy_stm32::timer::simple_pwm::PwmPin;
+use embassy_stm32::timer::simple_pwm::{PwmPin, PwmPinConfig};
 use embassy_stm32::{Peri, pac};
 use static_cell::StaticCell;
 use tautrack::motor::bridge::{BridgeStop, PowerStage};
@@ -98,15 +98,21 @@ pub fn open() {
 pub fn start(pins: Pins) {
     static PWM: StaticCell<ComplementaryPwm<'static, TIM1>> = StaticCell::new();
     static SAFE_TORQUE_OFF: StaticCell<Flex<'static>> = StaticCell::new();
-    let push_pull = OutputType::PushPull;
+    // PC13 bears low speed only (data sheet of the chip). Its edges of 25 ns are short enough for
+    // all.
+    let gate = PwmPinConfig {
+        output_type: OutputType::PushPull,
+        speed: Speed::Low,
+        pull: Pull::Down,
+    };
     let pwm = PWM.init(ComplementaryPwm::new(
         pins.timer,
-        Some(PwmPin::new(pins.high.0, push_pull)),
-        Some(ComplementaryPwmPin::new(pins.low.0, push_pull)),
-        Some(PwmPin::new(pins.high.1, push_pull)),
-        Some(ComplementaryPwmPin::new(pins.low.1, push_pull)),
-        Some(PwmPin::new(pins.high.2, push_pull)),
-        Some(ComplementaryPwmPin::new(pins.low.2, push_pull)),
+        Some(PwmPin::new_with_config(pins.high.0, gate)),
+        Some(ComplementaryPwmPin::new_with_config(pins.low.0, gate)),
+        Some(PwmPin::new_with_config(pins.high.1, gate)),
+        Some(ComplementaryPwmPin::new_with_config(pins.low.1, gate)),
+        Some(PwmPin::new_with_config(pins.high.2, gate)),
+        Some(ComplementaryPwmPin::new_with_config(pins.low.2, gate)),
         None,
         None,
         Hertz(PWM_HZ),
@@ -261,6 +267,11 @@ static CRASHED: AtomicBool = AtomicBool::new(false);
 /// Tells that the last reset followed a failure.
 pub fn note_crash() {
     CRASHED.store(true, Ordering::Relaxed);
+}
+
+/// Forgets an event of the processor that is over.
+pub fn forget_event() {
+    pac::TIM1.sr().write(|w| w.0 = !PROCESSOR & FLAGS);
 }
 
 /// PWM periods for which the current loop must command the bridge to be off before a break is

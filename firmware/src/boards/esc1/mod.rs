@@ -170,6 +170,11 @@ impl Esc1 {
         bridge::note_crash();
     }
 
+    /// Forgets an event of the processor that is over and harmless.
+    pub(super) fn forget_event() {
+        bridge::forget_event();
+    }
+
     /// Whether a break input has opened the bridge.
     pub(super) fn stopped() -> bool {
         bridge::tripped()
@@ -227,8 +232,8 @@ impl Board for Esc1 {
         reset::keep_faults(log);
     }
 
-    fn set_current_limit(settings: &Settings) {
-        over_current::set_limit(settings);
+    fn set_over_current(limit: f32, zeros: [i32; 3]) {
+        over_current::set_limit(limit, zeros);
     }
 
     fn supply_voltage() -> f32 {

@@ -8,13 +8,14 @@ use super::analogue::threshold;
 use embassy_stm32::pac;
 use embassy_stm32::pac::comp::vals::{Blanking, Inm};
 use embassy_stm32::pac::dac::vals::Mode;
+use tautrack::motor::calibration::sensing;
 use tautrack::settings::{Setting, Settings};
 
 /// Comparators of phases a, b and c, counted as in the chip's manual.
 pub const COMPARATORS: [usize; 3] = [1, 2, 4];
 
 /// Starts the comparators, with the zeros and the current limit of the settings. Must be called
-/// before the bridge's outputs are enabled. Phase c has the zero of phase b.
+/// before the bridge's outputs are enabled. Phase c begins with the zero of phase b.
 pub fn start(settings: &Settings) {
     pac::RCC.ahb2enr().modify(|w| w.set_dac3en(true));
     pac::RCC.apb2enr().modify(|w| w.set_syscfgen(true));
@@ -30,7 +31,8 @@ pub fn start(settings: &Settings) {
         w.set_en(0, true);
         w.set_en(1, true);
     });
-    set_limit(settings);
+    let [a, b] = sensing(settings).zero;
+    set_limit(settings.si(Setting::CurrentLimit), [a, b, b]);
     // Output 5 of TIM1 blanks them. Its number differs between the comparators (RM0440, table 195).
     for (comparator, blanking) in [
         (pac::COMP1, Blanking::BLANK1),
@@ -48,12 +50,11 @@ pub fn start(settings: &Settings) {
     }
 }
 
-/// Sets the zeros and the current limit of these settings.
-pub fn set_limit(settings: &Settings) {
-    let limit = settings.si(Setting::CurrentLimit);
-    let zeros = [Setting::CurrentZeroA, Setting::CurrentZeroB];
-    for (channel, zero) in zeros.into_iter().enumerate() {
-        let code = threshold(settings.get(zero), limit);
+/// Sets the current limit, A, and the zeros of phases a, b and c. Phases b and c have one
+/// threshold, the higher one.
+pub fn set_limit(limit: f32, [a, b, c]: [i32; 3]) {
+    for (channel, zero) in [a, Ord::min(b, c)].into_iter().enumerate() {
+        let code = threshold(zero, limit);
         pac::DAC3.dhr12r(channel).write(|w| w.set_dhr(code));
     }
 }

@@ -75,7 +75,8 @@ pub fn start(pins: Pins, over_voltage: f32) {
             .pga_biased_ext(pins.c.0, pins.c.1, output_c.reborrow(), OpAmpGain::Mul16),
     );
 
-    let fast = SampleTime::CYCLES6_5;
+    // 0.29 us: the output of an op-amp needs 0.2 us (data sheet of the chip).
+    let fast = SampleTime::CYCLES12_5;
     let slow = SampleTime::CYCLES47_5;
     let (adc1, adc2) = pins.converters;
     // SAFETY: both are the same analogue input, which nothing else uses.

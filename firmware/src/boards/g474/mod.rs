@@ -53,6 +53,8 @@ impl G474 {
     /// Takes note that the last reset followed a failure: the log says so.
     pub(super) fn note_crash() {}
 
+    pub(super) fn forget_event() {}
+
     /// Whether the emergency stop is actuated.
     pub(super) fn stopped() -> bool {
         operator::switches().emergency_stop

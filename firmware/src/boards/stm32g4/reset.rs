@@ -75,6 +75,8 @@ pub fn report_cause() {
     if CRASH.swap(0, Ordering::Relaxed) == CRASHED {
         reset = Reset::Crash;
         defmt::warn!("the crystal or the program had failed");
+    }
+    if matches!(reset, Reset::Watchdog | Reset::Crash) {
         Selected::note_crash();
     }
     CAUSE.store(reset as u8, Ordering::Relaxed);
@@ -125,7 +127,7 @@ unsafe fn NonMaskableInt() {
         defmt::error!("the crystal has failed");
         wait_for_watchdog();
     }
-    if !super::storage::clear_error() {
+    if super::storage::has_error() && !super::storage::clear_error() {
         stop();
         CRASH.store(CRASHED, Ordering::Relaxed);
         defmt::error!("the flash memory has an error");

@@ -37,12 +37,20 @@ pub fn start(memory: Peri<'static, FLASH>) {
 /// The settings pages are being read.
 static READING: AtomicBool = AtomicBool::new(false);
 
-/// Ends the interrupt of a word whose error correction fails: it would come back for ever. Returns
-/// whether the word belongs to the settings: a power cut can leave such a word, and the store finds
-/// it by its own checksum.
+/// Whether the error correction of a word has failed.
+pub(super) fn has_error() -> bool {
+    REGISTERS.eccr().read().eccd()
+}
+
+/// Ends the interrupt of such a word: it would come back for ever. Returns whether the word belongs
+/// to the settings: a power cut can leave such a word, and the store finds it by its own checksum.
 pub(super) fn clear_error() -> bool {
     REGISTERS.eccr().modify(|errors| errors.set_eccd(true));
-    READING.load(Ordering::Relaxed)
+    let harmless = READING.load(Ordering::Relaxed);
+    if harmless {
+        Selected::forget_event();
+    }
+    harmless
 }
 
 /// The settings pages.
@@ -90,6 +98,10 @@ impl ReadNorFlash for Storage {
             READING.store(true, Ordering::SeqCst);
             let done = memory.blocking_read(place, bytes);
             cortex_m::asm::dsb();
+            // The interrupt may come later. Then it finds no error.
+            if has_error() {
+                clear_error();
+            }
             READING.store(false, Ordering::SeqCst);
             done
         })

@@ -129,8 +129,9 @@ impl AttachedMotor {
         self.rising = !self.rising;
     }
 
-    /// Codes of the converters for the currents of all phases. `dead_clocks` is the dead time.
-    pub fn current_codes(&mut self, dead_clocks: u32) -> [u16; 3] {
+    /// Codes of the converters for the currents of all phases. `dead_clocks` is the dead time, and
+    /// `zeros` are the voltages of the op-amps without current, V.
+    pub fn current_codes(&mut self, dead_clocks: u32, zeros: [f32; 3]) -> [u16; 3] {
         let open = self.stage == PowerStage::Off;
         let [a, b] = self
             .motor
@@ -140,18 +141,18 @@ impl AttachedMotor {
         let c = if self.is_brushed { 0.0 } else { -a - b };
         let compares = self.compares;
         let reload = self.reload;
-        let mut phase = 0;
-        [a, b, c].map(|current| {
+        let currents = [a, b, c];
+        std::array::from_fn(|phase| {
+            let (current, zero) = (currents[phase], zeros[phase]);
             // The low side conducts from its edge, and the op-amp follows 1.3 us later.
             let low = reload.saturating_sub(compares[phase]);
-            phase += 1;
             if !open && low < dead_clocks + SETTLING {
-                return code_of(ZERO);
+                return code_of(zero);
             }
             // With all transistors open, a current into the bridge flows through the diode of the
             // high side, past the shunt.
             let seen = if open { current.max(0.0) } else { current };
-            code_of(ZERO - seen * SHUNT * GAIN)
+            code_of(zero - seen * SHUNT * GAIN)
         })
     }
 

@@ -35,7 +35,7 @@ pub use part::{Part, STM32G431, STM32G474};
 pub use serial::USART1;
 pub use shaft_sensor::{ShaftChip, ShaftSensor};
 
-use super::motor::{AttachedMotor, Bridge, supply_code};
+use super::motor::{AttachedMotor, Bridge, ZERO, supply_code};
 use super::registers::Registers;
 use crate::programs::flash::Segment;
 use rsemu::core::space::{
@@ -43,7 +43,7 @@ use rsemu::core::space::{
 };
 use rsemu::cpu::arm::v7m::sys::Exception;
 use rsemu::cpu::arm::v7m::{ArmV7m, Config};
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::fmt;
 use std::sync::{Arc, Mutex, MutexGuard};
 use tautrack::can::Frame;
@@ -76,6 +76,8 @@ pub const FDCAN: u32 = 0x4000_6400;
 const TIM4: u32 = 0x4000_0800;
 const MESSAGES: u32 = 0x4000_a400;
 const ADC: [u32; 2] = [0x5000_0000, 0x5000_0100];
+/// Register of both converters that selects their clock (RM0440, 21.7.2).
+pub const ADC_CONTROL: u32 = 0x5000_0308;
 /// Ports, 0x400 bytes each.
 pub const GPIO: u32 = 0x4800_0000;
 
@@ -109,6 +111,8 @@ pub struct Write {
 /// Voltages and levels at the chip's pins.
 #[derive(Clone, Copy, Debug)]
 pub struct Pins {
+    /// Voltages of the op-amps of phases a, b and c without current, V, if a motor is attached.
+    pub zeros: [f32; 3],
     /// Code of the current of phase a.
     pub phase_a: u16,
     /// Code of the current of phase b.
@@ -173,6 +177,7 @@ impl State {
         let cause = if watchdog { 0x2400_0000 } else { 0x0c00_0000 };
         self.set(RCC + 0x94, cause);
         self.watchdog = None;
+        self.reset_events();
         self.can = self.can.after_reset();
         self.i2c = i2c::Controller::default();
         if let Some(flash) = &mut self.flash {
@@ -435,7 +440,8 @@ impl State {
     fn convert(&mut self) {
         let dead_clocks = self.get(BDTR) & 0x7f;
         if let (Some(motor), Some(pins)) = (&mut self.motor, &mut self.pins) {
-            [pins.phase_a, pins.phase_b, pins.phase_c] = motor.current_codes(dead_clocks);
+            [pins.phase_a, pins.phase_b, pins.phase_c] =
+                motor.current_codes(dead_clocks, pins.zeros);
         }
         for (number, adc) in ADC.into_iter().enumerate() {
             let sequence = self.get(adc + 0x4c);
@@ -498,6 +504,7 @@ impl State {
         next = next.min(self.advance_can()).min(self.advance_serial());
         next = next.min(self.advance_i2c());
         self.advance_breaks();
+        next = next.min(self.next_interrupt());
         if let Some(deadline) = self.watchdog {
             next = next.min(deadline);
         }
@@ -634,8 +641,12 @@ impl Chip {
         ram.write_at(0, &vec![PAINT; part.ram as usize])
             .expect("RAM");
         let other = Arc::new(RamStore::new(0x400));
+        let memory = FlashMemory::new(Arc::clone(&flash), part.bank);
+        let torn = Arc::clone(&memory.torn);
+        let timed_flash = Arc::new(wait_states::TimedFlash::new(Arc::clone(&flash), torn));
         let state = Arc::new(Mutex::new(State {
             pins: Some(Pins {
+                zeros: [ZERO; 3],
                 // No current: 2.057 V.
                 phase_a: 2_553,
                 phase_b: 2_553,
@@ -651,12 +662,11 @@ impl Chip {
                 port_c: 0,
             }),
             part,
-            flash: Some(FlashMemory::new(Arc::clone(&flash), part.bank)),
+            flash: Some(memory),
             memories: Some([Arc::clone(&flash), Arc::clone(&ram)]),
             ..State::default()
         }));
         state.lock().expect("a state").reset(false);
-        let timed_flash = Arc::new(wait_states::TimedFlash::new(Arc::clone(&flash)));
         let space = AddressSpace::new("chip", 32);
         {
             let mut map = space.topology();
@@ -771,6 +781,9 @@ impl Chip {
             let taken = self.cpu.step() + self.timed_flash.take_waited();
             clock += slowness * taken;
             self.instructions += 1;
+            if self.timed_flash.take_error() {
+                self.state().fail_flash();
+            }
             self.apply_defect();
             self.observe(clock);
             if observed && self.cpu.current_exception() == Exception(16 + ADC1_2) {
@@ -983,6 +996,16 @@ impl Chip {
     /// Uses the flash memory.
     pub fn flash<R>(&mut self, use_it: impl FnOnce(&mut FlashMemory) -> R) -> R {
         use_it(self.state().flash())
+    }
+
+    /// Double words of the flash memory with an error of two bits, counted from its start.
+    pub fn torn(&self) -> BTreeSet<u64> {
+        self.state().flash().torn.lock().expect("words").clone()
+    }
+
+    /// Gives these double words such an error.
+    pub fn tear(&mut self, words: &BTreeSet<u64>) {
+        self.flash(|flash| flash.torn.lock().expect("words").extend(words));
     }
 
     /// Changes bytes of the flash memory.

@@ -67,7 +67,7 @@ pub(super) struct Sums {
     direct_size: i32,
     driven: u32,
     /// Sums of the current converters' codes in the periods in which the bridge was open.
-    idle: [i32; 2],
+    idle: [i32; 3],
     open: u32,
     /// Periods in which the currents did not add up to 0.
     unbalanced: u32,
@@ -100,7 +100,7 @@ impl Sums {
 
     /// Adds the codes of the current converters of a period in which the bridge is open.
     #[inline]
-    pub fn add_idle(&mut self, codes: [u16; 2]) {
+    pub fn add_idle(&mut self, codes: [u16; 3]) {
         for (sum, code) in self.idle.iter_mut().zip(codes) {
             *sum = sum.wrapping_add(i32::from(code));
         }
@@ -109,7 +109,7 @@ impl Sums {
 
     /// Returns the number of periods, 1 to [`MAX_SAMPLES`], and the sums of the current converters'
     /// codes; `None` unless the bridge was open in every period.
-    pub fn idle_codes(&self) -> Option<(i32, [i32; 2])> {
+    pub fn idle_codes(&self) -> Option<(i32, [i32; 3])> {
         let open = self.open == self.samples && (1..=MAX_SAMPLES).contains(&self.samples);
         open.then_some((self.samples as i32, self.idle))
     }

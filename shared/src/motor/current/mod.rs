@@ -119,6 +119,8 @@ pub struct CurrentLoop {
     motor: Motor,
     sensing: CurrentSensing,
     zero: ConverterZero,
+    /// Zero of half bridge c.
+    third_zero: i32,
     fixed: Fixed,
     /// Largest current that is demanded, and largest with which the bridge stays on; 2^30 is full
     /// scale.
@@ -256,11 +258,20 @@ impl CurrentLoop {
     }
 
     /// Sets the offset and the gain of the current measurement. The offset is followed while the
-    /// bridge is open.
+    /// bridge is open. Half bridge c has the offset of b until its own is known, 100 ms after the
+    /// bridge has opened.
     pub fn set_sensing(&mut self, sensing: CurrentSensing) {
         self.sensing = sensing;
+        self.third_zero = sensing.zero[1];
         self.zero.set(sensing.zero);
         self.fit_range();
+    }
+
+    /// Returns the current limit, A, and the codes of half bridges a, b and c without current.
+    pub fn over_current(&self) -> (f32, [i32; 3]) {
+        let ampere = self.fixed.ratings.full_scale / (1 << 30) as f32;
+        let [a, b] = self.sensing.zero;
+        (self.current_limit as f32 * ampere, [a, b, self.third_zero])
     }
 
     /// Lowers the over-current to what the converters show in both directions.
@@ -369,10 +380,11 @@ impl CurrentLoop {
     }
 
     /// Takes [`Sums::idle_codes`]. Returns whether the zero of the current converters is wrong.
-    fn follow_zero(&mut self, codes: Option<(i32, [i32; 2])>) -> bool {
+    fn follow_zero(&mut self, codes: Option<(i32, [i32; 3])>) -> bool {
         let zero = self.zero.update(codes.filter(|_| self.demand.no_current));
-        if let Some(zero) = zero {
-            self.sensing.zero = zero;
+        if let Some([a, b, c]) = zero {
+            self.sensing.zero = [a, b];
+            self.third_zero = c;
             self.fit_range();
         }
         self.zero.is_wrong()
@@ -397,13 +409,13 @@ impl CurrentLoop {
 
     /// Returns the currents of half bridges a and b, and the sum of all. Where a low side conducted
     /// too briefly for a sample, the current follows from the other ones, and the sum is 0. Half
-    /// bridge c of a brushed motor is not connected. The zero of c is that of b.
+    /// bridge c of a brushed motor is not connected.
     #[inline]
     fn currents(&self, readings: &Readings) -> ([i32; 2], i32) {
         let [a, b] = self.sensing.currents(readings.currents);
         let c = match (&self.motor, readings.third) {
             (Motor::Brushed(_), _) => 0,
-            (Motor::ThreePhase(..), Some(code)) => self.sensing.currents([code; 2])[1],
+            (Motor::ThreePhase(..), Some(code)) => self.sensing.third(code, self.third_zero),
             (Motor::ThreePhase(..), None) => return ([a, b], 0),
         };
         let bad = self
@@ -482,7 +494,8 @@ impl CurrentLoop {
                 let stage = if action == Action::Brake && self.excess < TRIP_PERIODS {
                     PowerStage::Brake
                 } else {
-                    self.sums.add_idle(readings.currents);
+                    let ([a, b], c) = (readings.currents, readings.third);
+                    self.sums.add_idle([a, b, c.unwrap_or(1 << 15)]);
                     PowerStage::Off
                 };
                 let current = self.motor.without_control(currents);

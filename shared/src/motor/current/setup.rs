@@ -327,6 +327,7 @@ impl CurrentLoop {
             motor,
             sensing: CurrentSensing::default(),
             zero: ConverterZero::new(both, 0.0),
+            third_zero: CurrentSensing::default().zero[1],
             fixed: config.fixed(ratings),
             current_limit: 0,
             over_current: 0,

@@ -1,9 +1,9 @@
 //! Follows the zero of the current converters while the bridge is open: then no current flows. A
 //! zero that drifts with the temperature would give the motor a wrong torque, and hide an
-//! over-current.
+//! over-current. The second converter of a brushed motor and the third one only check the others,
+//! and the calibration does not measure them: their zero may be anywhere.
 
 use crate::math::{Bound, to_i32};
-use crate::motor::bridge::CurrentSensing;
 
 /// Largest error of the zero that is followed, as a fraction of the current limit.
 const FOLLOWED: f32 = 0.02;
@@ -21,6 +21,14 @@ const WRONG: u8 = 20;
 const FILTER_BITS: u32 = 2;
 /// Fraction bits of the mean.
 const FRACTION_BITS: u32 = 8;
+/// Middle of the range of a converter, and largest distance from it of a zero that may be anywhere,
+/// codes.
+const MIDDLE: i32 = 1 << 15;
+const FREE: i32 = 1 << 14;
+/// Such a zero moves by this part of the sum of the distances in a control period, 2^-7, and by at
+/// most this number of codes.
+const FREE_BITS: u32 = 7;
+const FREE_STEP: i32 = 64;
 
 /// One converter.
 #[derive(Clone, Debug)]
@@ -55,10 +63,12 @@ impl Converter {
         away.abs() > bound << FRACTION_BITS
     }
 
-    /// Returns the whole codes of the mean: less than a code is noise.
+    /// Returns the zero, at most `bound` codes away. It has the whole codes of the mean: less than a
+    /// code is noise.
     #[inline]
-    fn away(&self) -> i32 {
-        self.mean / (1 << FRACTION_BITS)
+    fn zero(&self, bound: i32) -> i32 {
+        let away = self.mean / (1 << FRACTION_BITS);
+        self.stored + Bound::of_size(bound).limit(away)
     }
 }
 
@@ -68,7 +78,9 @@ impl Converter {
 pub(super) struct ConverterZero {
     a: Converter,
     b: Converter,
-    /// The motor needs both.
+    /// Zero of the converter that only checks the others: c, or b if the motor needs only a.
+    free: i32,
+    /// The motor needs the first two.
     both: bool,
     /// Largest error that is followed, codes.
     bound: i32,
@@ -81,13 +93,13 @@ pub(super) struct ConverterZero {
 }
 
 impl ConverterZero {
-    /// Creates the zero of a drive that needs `both` converters or only the first, with this
-    /// current limit, as a fraction of full scale.
+    /// Creates the zero of a drive that needs the first two converters (`both`) or only the first,
+    /// with this current limit, as a fraction of full scale.
     pub fn new(both: bool, current_limit: f32) -> Self {
-        let [a, b] = CurrentSensing::default().zero.map(Converter::new);
         let mut zero = Self {
-            a,
-            b,
+            a: Converter::new(MIDDLE),
+            b: Converter::new(MIDDLE),
+            free: MIDDLE,
             both,
             bound: 0,
             periods: 0,
@@ -106,15 +118,15 @@ impl ConverterZero {
     /// Begins with the zero of the settings.
     pub fn set(&mut self, stored: [i32; 2]) {
         let [a, b] = stored.map(Converter::new);
-        (self.a, self.b) = (a, b);
+        (self.a, self.b, self.free) = (a, b, stored[1]);
         (self.periods, self.far, self.wrong) = (0, 0, false);
     }
 
     /// Takes the sums of the codes of this number of PWM periods; `None` if a current may have
     /// flowed. Returns the zero that counts from now on, if it is known.
     #[inline]
-    pub fn update(&mut self, codes: Option<(i32, [i32; 2])>) -> Option<[i32; 2]> {
-        let Some((samples, [a, b])) = codes else {
+    pub fn update(&mut self, codes: Option<(i32, [i32; 3])>) -> Option<[i32; 3]> {
+        let Some((samples, [a, b, c])) = codes else {
             self.periods = 0;
             return None;
         };
@@ -125,9 +137,12 @@ impl ConverterZero {
             return None;
         }
         let bound = self.bound;
+        let free = if self.both { c } else { b } - samples * self.free;
+        self.free += Bound::of_size(FREE_STEP).limit(free >> FREE_BITS);
+        let free_is_far = (self.free - MIDDLE).abs() > FREE;
         let a_is_far = self.a.add(samples, a, bound);
         let b_is_far = self.both && self.b.add(samples, b, bound);
-        if a_is_far || b_is_far {
+        if a_is_far || b_is_far || free_is_far {
             self.far = if self.far < WRONG {
                 self.far + 1
             } else {
@@ -140,12 +155,12 @@ impl ConverterZero {
         if self.periods < PERIODS {
             return None;
         }
-        let (a, b) = (self.a.away(), self.b.away());
-        let followed = Bound::of_size(bound);
-        Some([
-            self.a.stored + followed.limit(a),
-            self.b.stored + followed.limit(b),
-        ])
+        let b = if self.both {
+            self.b.zero(bound)
+        } else {
+            self.free
+        };
+        Some([self.a.zero(bound), b, self.free])
     }
 
     /// Returns whether the error was larger than what is followed when the bridge was open last.
@@ -164,12 +179,35 @@ mod tests {
 
     /// Takes control periods with this distance of the codes from the stored zero.
     fn take(zero: &mut ConverterZero, away: i32, periods: usize) -> Option<[i32; 2]> {
-        let sums = [SAMPLES * (STORED + away), SAMPLES * (STORED - away)];
+        let [a, b] = [STORED + away, STORED - away].map(|code| SAMPLES * code);
+        let sums = [a, b, SAMPLES * STORED];
         let mut last = None;
         for _ in 0..periods {
             last = zero.update(Some((SAMPLES, sums)));
         }
-        last
+        last.map(|[a, b, _]| [a, b])
+    }
+
+    #[test]
+    fn a_converter_that_only_checks_the_others_may_have_its_zero_anywhere_within_a_half_range() {
+        let take = |both: bool, away: i32| {
+            let mut zero = ConverterZero::new(both, 0.1);
+            let codes = if both { [0, 0, away] } else { [0, away, 0] };
+            let codes = codes.map(|away| SAMPLES * (STORED + away));
+            let mut last = [0; 3];
+            for _ in 0..500 {
+                last = zero.update(Some((SAMPLES, codes))).unwrap_or(last);
+            }
+            let followed = last[if both { 2 } else { 1 }];
+            ((followed - STORED - away).abs(), zero.is_wrong())
+        };
+        for both in [false, true] {
+            for away in [-16_380, -8_081, -1_640, 0, 1_640, 16_380] {
+                let (error, wrong) = take(both, away);
+                assert!(error <= 7 && !wrong, "{both} {away}: {error}");
+            }
+            assert!(take(both, 16_400).1 && take(both, -16_400).1);
+        }
     }
 
     #[test]

@@ -21,6 +21,15 @@ const FLAGS: [u32; 3] = [1 << 7, 1 << 8, 1 << 13];
 const LEVELS: [f32; 7] = [2.0, 2.2, 2.36, 2.52, 2.64, 2.81, 2.91];
 /// Comparators of phases a, b and c, counted from 0.
 const COMPARATORS: [u32; 3] = [0, 1, 3];
+/// Control register of the first of them.
+const COMPARATOR_CONTROL: u32 = 0x4001_0200;
+/// Data of the converter DAC3 for the comparators of phases a, b and c, and its control register.
+const THRESHOLDS: [u32; 3] = [0x5000_1008, 0x5000_1014, 0x5000_1014];
+const DAC_CONTROL: u32 = 0x5000_1000;
+/// Gain of the op-amps, whose inputs are those of the comparators.
+const GAIN: u32 = 16;
+/// Core clocks from an error of the flash memory to the interrupt. A guess.
+const LATE: u64 = 40;
 
 /// An event of the chip that can break the timer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -37,6 +46,12 @@ pub(super) struct Events {
     crystal_failed: bool,
     /// A debug probe has halted the core; TIM1 is frozen with it.
     halted: Option<bool>,
+    /// The core has locked up, until a reset.
+    locked_up: bool,
+    /// Clock at which the interrupt of an error of the flash memory comes.
+    interrupt: u64,
+    /// Number of errors of the flash memory so far.
+    errors: u32,
     /// A break comes just before the next write that sets MOE, and is over at once.
     races: bool,
     new: Vec<Event>,
@@ -56,9 +71,14 @@ impl State {
         }
     }
 
-    /// Whether a debug probe has halted the core.
+    /// Whether the core executes nothing: a debug probe has halted it, or it has locked up.
     pub(super) fn is_halted(&self) -> bool {
-        self.events.halted.is_some()
+        self.events.halted.is_some() || self.events.locked_up
+    }
+
+    /// Ends what a reset ends.
+    pub(super) fn reset_events(&mut self) {
+        self.events.locked_up = false;
     }
 
     /// Whether core and timers have a clock.
@@ -83,7 +103,29 @@ impl State {
 
     /// Level of the line of the interrupt that nothing masks.
     pub(super) fn nmi(&self) -> bool {
-        self.get(RCC + 0x1c) & FAILURE != 0 || self.get(ERRORS) & TWO_BITS != 0
+        let error = self.get(ERRORS) & TWO_BITS != 0 && self.clock >= self.events.interrupt;
+        self.get(RCC + 0x1c) & FAILURE != 0 || error
+    }
+
+    /// Takes an error of two bits in the flash memory.
+    pub(super) fn fail_flash(&mut self) {
+        self.events.errors += 1;
+        let errors = self.get(ERRORS);
+        if errors & TWO_BITS == 0 {
+            self.events.interrupt = self.clock + LATE;
+        }
+        self.set(ERRORS, errors | TWO_BITS);
+        self.changed = true;
+    }
+
+    /// Clock of the next interrupt of such an error.
+    pub(super) fn next_interrupt(&self) -> u64 {
+        let waits = self.get(ERRORS) & TWO_BITS != 0 && self.clock < self.events.interrupt;
+        if waits {
+            self.events.interrupt
+        } else {
+            u64::MAX
+        }
     }
 
     /// Write of the register that clears flags of the clocks.
@@ -111,11 +153,25 @@ impl State {
         control & 1 != 0 && level.is_some_and(|level| self.pins().chip_supply < *level)
     }
 
+    /// Levels of the comparators of phases a, b and c. They compare the newest samples: blanking is
+    /// not modelled.
+    fn comparators(&self) -> [bool; 3] {
+        let pins = self.pins();
+        let codes = [pins.phase_a, pins.phase_b, pins.phase_c];
+        std::array::from_fn(|phase| {
+            let control = COMPARATOR_CONTROL + 4 * COMPARATORS[phase];
+            let channel = if phase == 0 { 1 } else { 1 << 16 };
+            let on = self.get(control) & 1 != 0 && self.get(DAC_CONTROL) & channel != 0;
+            let threshold = GAIN * (self.get(THRESHOLDS[phase]) & 0xfff);
+            pins.over_current[phase] || on && u32::from(codes[phase]) > threshold
+        })
+    }
+
     /// Whether one of the sources in an alternate function register is active: the pin, or a
     /// comparator.
     fn source(&self, selected: u32, pin: Option<bool>) -> bool {
         let pin = pin.is_some_and(|level| selected & 1 != 0 && level ^ (selected >> 9 & 1 != 0));
-        let comparators = COMPARATORS.iter().zip(self.pins().over_current);
+        let comparators = COMPARATORS.iter().zip(self.comparators());
         let comparator = |(number, level): (&u32, bool)| {
             level && selected >> (1 + number) & 1 != 0 && selected >> (10 + number) & 1 == 0
         };
@@ -136,15 +192,13 @@ impl State {
         let mut chip =
             self.get(RCC + 0x1c) & FAILURE != 0 || connected & 4 != 0 && self.supply_is_low();
         for event in std::mem::take(&mut self.events.new) {
-            chip |= match event {
-                Event::LockUp => connected & 1 != 0,
-                Event::FlashError => {
-                    let errors = self.get(ERRORS) | TWO_BITS;
-                    self.set(ERRORS, errors);
-                    connected & 8 != 0
-                }
-            };
+            match event {
+                Event::LockUp => self.events.locked_up = true,
+                Event::FlashError => self.fail_flash(),
+            }
         }
+        chip |= connected & 1 != 0 && self.events.locked_up;
+        chip |= connected & 8 != 0 && self.get(ERRORS) & TWO_BITS != 0;
         let pin = Some(self.pins().safe_torque_off);
         let active = [
             input(12, 13, 16, self.source(self.get(TIM1 + 0x60), pin)),
@@ -194,6 +248,11 @@ impl Chip {
         let mut state = self.state();
         let control = state.get(RCC) & !SECURITY;
         state.set(RCC, control);
+    }
+
+    /// Number of errors of the flash memory so far.
+    pub fn flash_errors(&self) -> u32 {
+        self.state().events.errors
     }
 
     /// Lets an event of the chip come.

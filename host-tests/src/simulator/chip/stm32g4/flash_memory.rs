@@ -1,9 +1,11 @@
 //! The chip's flash memory and its controller (RM0440, 5): pages of 2 KiB, double words of 8 bytes.
 //!
-//! An operation takes no time. The power can fail in any operation, and then tears it.
+//! An operation takes no time. The power can fail in any operation, and then tears it. The double
+//! word at which it tears has an error of two bits.
 
 use rsemu::core::space::RamStore;
-use std::sync::Arc;
+use std::collections::BTreeSet;
+use std::sync::{Arc, Mutex};
 
 const PAGE: u64 = 2_048;
 const WORD: u64 = 8;
@@ -43,6 +45,8 @@ pub struct Cut {
 /// The memory with the state of its controller.
 pub struct FlashMemory {
     bytes: Arc<RamStore>,
+    /// Double words with an error of two bits, counted from the start of the memory.
+    pub(super) torn: Arc<Mutex<BTreeSet<u64>>>,
     /// Bytes of a bank.
     bank: u64,
     pub(super) control: u32,
@@ -59,6 +63,7 @@ impl FlashMemory {
     pub(super) fn new(bytes: Arc<RamStore>, bank: u64) -> Self {
         Self {
             bytes,
+            torn: Arc::default(),
             bank,
             control: LOCK,
             status: 0,
@@ -133,6 +138,11 @@ impl FlashMemory {
             _ => bytes.len(),
         };
         self.operations += 1;
+        let mut torn = self.torn.lock().expect("words");
+        torn.retain(|word| !(offset..offset + done as u64).contains(&(word * WORD)));
+        if (1..bytes.len()).contains(&done) {
+            torn.insert((offset + done as u64) / WORD);
+        }
         let memory = &self.bytes;
         memory
             .write_at(offset, &bytes[..done])

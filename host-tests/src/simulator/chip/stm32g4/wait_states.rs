@@ -12,6 +12,7 @@
 //! waiting, and the other masters of the bus. Never compared with silicon.
 
 use rsemu::core::space::{AccessConstraints, MemAttrs, MemOps, MemResult, RamStore};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
@@ -124,6 +125,9 @@ impl Interface {
 /// Flash memory as the core reads it.
 pub(super) struct TimedFlash {
     bytes: Arc<RamStore>,
+    /// Words with an error of two bits, and whether the core has read one.
+    torn: Arc<Mutex<BTreeSet<u64>>>,
+    error: AtomicBool,
     counts: AtomicBool,
     /// Word of instructions that was read last.
     current: AtomicU32,
@@ -137,9 +141,11 @@ impl fmt::Debug for TimedFlash {
 }
 
 impl TimedFlash {
-    pub fn new(bytes: Arc<RamStore>) -> Self {
+    pub fn new(bytes: Arc<RamStore>, torn: Arc<Mutex<BTreeSet<u64>>>) -> Self {
         Self {
             bytes,
+            torn,
+            error: AtomicBool::new(false),
             counts: AtomicBool::new(false),
             current: AtomicU32::new(NONE),
             interface: Mutex::new(Interface {
@@ -165,6 +171,11 @@ impl TimedFlash {
         (interface.control, interface.clock) = (control, clock);
     }
 
+    /// Whether the core has read a word with an error since the last call.
+    pub fn take_error(&self) -> bool {
+        self.error.load(Ordering::Relaxed) && self.error.swap(false, Ordering::Relaxed)
+    }
+
     /// Clocks that the core has waited since the last call.
     pub fn take_waited(&self) -> u64 {
         std::mem::take(&mut self.interface.lock().expect("an interface").waited)
@@ -180,6 +191,9 @@ impl MemOps for TimedFlash {
             self.interface.lock().expect("an interface").load(word);
         } else if self.current.swap(word, Ordering::Relaxed) != word {
             self.interface.lock().expect("an interface").fetch(word);
+        }
+        if !attributes.is_fetch() && self.torn.lock().expect("words").contains(&word.into()) {
+            self.error.store(true, Ordering::Relaxed);
         }
         self.bytes.read_at(offset, bytes).expect("flash memory");
         Ok(())
