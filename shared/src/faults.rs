@@ -71,7 +71,7 @@ faults! {
         "fault reset",
         "Switch the supply off. Measure the resistance between the phases and to ground. Check `resistance` and `inductance`.";
     ProcessorEvent = 0x5220, "event of the processor", Off,
-        "The processor has opened the bridge without software: its supply of 3.3 V is low, its flash memory has an error of two bits, or its core has locked up. Or, after the reset that follows: its crystal has failed, its stack has overflowed, or its program has panicked.",
+        "The processor has opened the bridge without software: its supply of 3.3 V is low, its flash memory has an error of two bits, or its core has locked up. Or, after the reset that follows: its crystal has failed, its stack has overflowed, or its program has panicked or hung.",
         1 "the event",
         "fault reset",
         "Read the log: it names the event. Check the board's 3.3 V under load, and flash the board again.";
