@@ -380,7 +380,14 @@ impl Body for B2p2 {
             self.lifted = None;
             match autonomy {
                 Autonomy::Off => self.clearance.end(),
-                Autonomy::Stopped => self.clearance.stop(),
+                // The operator's chassis angle counts again when he takes over.
+                Autonomy::Stopped => {
+                    self.clearance.stop();
+                    return Command {
+                        posture: self.posture(),
+                        ..command
+                    };
+                }
                 Autonomy::On | Autonomy::Waits => {}
             }
             return command;
@@ -407,10 +414,10 @@ impl Body for B2p2 {
                 angle: wanted
                     .chassis
                     .map_or(self.chassis.position.angle(), Angle::from_radians),
-                slack: if wanted.released {
-                    self.release_slack
-                } else {
-                    0.0
+                slack: match wanted.released {
+                    Some(true) => self.release_slack,
+                    Some(false) => 0.0,
+                    None => self.slack,
                 },
             },
         }

@@ -20,7 +20,7 @@ use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{centidegrees, milli};
 use crate::math::{Scalar, clamp, limit, max, min};
 use crate::units::Angle;
-use phases::{ASIDE, LEVEL, LEVEL_ROLL, TABLE, When};
+use phases::{ASIDE, LEVEL, LEVEL_ROLL, Order, TABLE, When};
 
 /// Time constant of the pitch rate's low-pass, s.
 const RATE_TIME: f32 = 0.06;
@@ -35,6 +35,9 @@ const BEYOND: f32 = 0.07;
 const PUSH: f32 = 0.55;
 /// Time for which the tracks must push, s.
 const PUSH_TIME: f32 = 0.8;
+/// Commanded speed from which on the time of a phase counts in full, m/s: the timeouts allow for the
+/// travel at this speed.
+const FULL_TIME: f32 = 0.08;
 /// Steepest pitch that gives nothing up, rad.
 const STEEPEST: f32 = statics::GIVEN_UP as f32 - BEYOND;
 
@@ -115,6 +118,17 @@ pub struct Facts {
     pub period: f32,
 }
 
+impl Order {
+    /// Returns the operator's yaw rate, rad/s; 0 in a phase in which the robot stands.
+    fn yaw_rate(&self, facts: &Facts) -> f32 {
+        if self.fastest > 0.0 {
+            facts.yaw_rate
+        } else {
+            0.0
+        }
+    }
+}
+
 /// What the controller commands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wanted {
@@ -124,8 +138,8 @@ pub struct Wanted {
     pub yaw_rate: f32,
     /// Chassis angle, rad; `None` stays as it is.
     pub chassis: Option<f32>,
-    /// Whether the belts are released.
-    pub released: bool,
+    /// Whether the belts are released; `None` leaves the slack as it is.
+    pub released: Option<bool>,
 }
 
 /// The controller.
@@ -135,6 +149,8 @@ pub struct Clearance {
     cause: Cause,
     transitions: u8,
     cleared: u8,
+    /// Whether the robot has got over a nose or an edge since the approach.
+    crossed: bool,
     /// Time and travel in the phase.
     lasted: f32,
     travelled: f32,
@@ -175,6 +191,7 @@ impl Clearance {
             cause: Cause::None,
             transitions: 0,
             cleared: 0,
+            crossed: false,
             lasted: 0.0,
             travelled: 0.0,
             rate: 0.0,
@@ -213,7 +230,7 @@ impl Clearance {
     /// Returns what the controller commands now.
     pub fn advance(&mut self, facts: &Facts) -> Wanted {
         if self.phase == Phase::Off {
-            (self.attempt, self.noses) = (Attempt::Taut, None);
+            (self.attempt, self.noses, self.crossed) = (Attempt::Taut, None, false);
             self.enter(Phase::Approach, Cause::Operator, facts.pitch);
         }
         self.observe(facts);
@@ -231,9 +248,9 @@ impl Clearance {
                 );
             }
             if row.to == Phase::Approach {
-                self.cleared = self
-                    .cleared
-                    .saturating_add(u8::from(row.cause == Cause::Landed));
+                let cleared = self.crossed && row.cause == Cause::Landed;
+                self.cleared = self.cleared.saturating_add(u8::from(cleared));
+                self.crossed = false;
                 self.noses = None;
                 self.attempt = Attempt::Taut;
             }
@@ -241,16 +258,18 @@ impl Clearance {
             {
                 self.attempt = Attempt::TooHigh;
             }
+            self.crossed |= matches!(row.to, Phase::Sway | Phase::Haul | Phase::Descend);
             if row.to == Phase::Raise {
                 self.attempt = Attempt::Released;
             }
             self.enter(row.to, row.cause, facts.pitch);
         }
         let order = self.phase.order();
-        let [part, yaw_rate] = if facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
+        let drives = facts.speed > 0.0;
+        let [part, yaw_rate] = if drives && facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
             downhill(facts)
         } else {
-            [1.0, facts.yaw_rate]
+            [1.0, order.yaw_rate(facts)]
         };
         Wanted {
             speed: part * order.speed * min(facts.speed, order.fastest),
@@ -266,7 +285,7 @@ impl Clearance {
         self.stuck = 0.0;
         Wanted {
             speed: -min(-facts.speed, order.fastest),
-            yaw_rate: facts.yaw_rate,
+            yaw_rate: order.yaw_rate(facts),
             chassis: None,
             released: order.released,
         }
@@ -306,9 +325,7 @@ impl Clearance {
             self.level_for,
         );
         self.quiet_for = timer(self.rate.abs() < QUIET, self.quiet_for);
-        if facts.speed > 0.0 {
-            self.lasted += period;
-        }
+        self.lasted += period * clamp(facts.speed / FULL_TIME, 0.0, 1.0);
         let forward = if self.phase.order().speed < 0.0 {
             -facts.travel
         } else {
@@ -439,6 +456,84 @@ mod tests {
         assert_eq!(clearance.phase(), Phase::Off);
         drive(&mut clearance, &facts(0.0, 0.0), 0.1);
         assert_eq!(clearance.phase(), Phase::Approach);
+    }
+
+    /// Nothing that an operator asks moves tracks or belts of a robot that is held.
+    #[test]
+    fn a_robot_that_is_held_stands_and_keeps_its_slack() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+        clearance.stop();
+        for speed in [-0.1, 0.0, 0.1] {
+            let turning = Facts {
+                speed,
+                yaw_rate: 0.3,
+                ..facts(20.0, 0.0)
+            };
+            let wanted = clearance.advance(&turning);
+            assert_eq!((wanted.speed, wanted.yaw_rate), (0.0, 0.0));
+            assert_eq!((wanted.chassis, wanted.released), (None, None));
+        }
+    }
+
+    #[test]
+    fn without_a_commanded_speed_nothing_moves_in_any_phase() {
+        let mut clearance = clearance();
+        for (pitch_deg, roll) in [
+            (0.0, 0.0),
+            (-20.0, 0.1),
+            (20.0, 0.1),
+            (51.0, 0.1),
+            (-30.0, 0.1),
+        ] {
+            let driving = Facts {
+                roll,
+                ..facts(pitch_deg, 0.0)
+            };
+            drive(&mut clearance, &driving, 0.1);
+            let phase = clearance.phase();
+            let wanted = clearance.advance(&Facts {
+                speed: 0.0,
+                travel: 0.0,
+                ..driving
+            });
+            assert_eq!((wanted.speed, wanted.yaw_rate), (0.0, 0.0), "{phase:?}");
+        }
+    }
+
+    /// A robot that backs off a nose that it has not passed has cleared nothing.
+    #[test]
+    fn an_obstacle_counts_as_cleared_only_behind_a_nose_or_an_edge() {
+        for (falls, cleared) in [(false, 0), (true, 1)] {
+            let mut clearance = clearance();
+            drive(&mut clearance, &facts(20.0, 0.0), 1.0);
+            assert_eq!(clearance.phase(), Phase::Climb);
+            if falls {
+                drive(&mut clearance, &facts(15.0, -30.0), 0.3);
+            }
+            drive(&mut clearance, &facts(0.0, 0.0), 3.0);
+            assert_eq!(clearance.phase(), Phase::Approach);
+            assert_eq!(clearance.report().cleared, cleared);
+        }
+    }
+
+    /// At any speed the robot travels as far until a phase times out.
+    #[test]
+    fn a_slow_operator_has_more_time() {
+        for (speed, phase) in [(0.13, Phase::Withdraw), (0.01, Phase::Climb)] {
+            let mut clearance = clearance();
+            drive(&mut clearance, &facts(20.0, 0.0), 0.1);
+            // The pitch changes as on stairs.
+            for step in 0..125 {
+                let slow = Facts {
+                    speed,
+                    travel: speed * 4e-3,
+                    ..facts(20.0 + (step % 2) as f32 * 2.0, 0.0)
+                };
+                drive(&mut clearance, &slow, 1.0);
+            }
+            assert_eq!(clearance.phase(), phase);
+        }
     }
 
     #[test]

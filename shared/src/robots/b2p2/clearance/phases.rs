@@ -205,8 +205,8 @@ pub struct Order {
     pub fastest: f32,
     /// Chassis angle, degrees; `None` stays as it is.
     pub chassis: Option<f32>,
-    /// Whether the belts are released.
-    pub released: bool,
+    /// Whether the belts are released; `None` leaves the slack as it is.
+    pub released: Option<bool>,
 }
 
 /// Condition of a transition. Angles are in degrees, rates in degrees/s.
@@ -231,7 +231,8 @@ pub enum When {
     QuietFor(f32),
     /// The belts have travelled this in the phase, in its direction, m.
     Travelled(f32),
-    /// The phase has lasted this with a command to move, s.
+    /// The phase has lasted this with a command to move, s. The time of a slow command counts in
+    /// part.
     Lasted(f32),
     /// The pitch is above the one at which the robot passes its highest nose.
     TooSteepUp,
@@ -285,10 +286,13 @@ impl Phase {
             speed,
             fastest,
             chassis,
-            released: false,
+            released: Some(false),
         };
         match self {
-            Self::Off | Self::GivenUp | Self::Held => order(0.0, 0.0, None),
+            Self::Off | Self::GivenUp | Self::Held => Order {
+                released: None,
+                ..order(0.0, 0.0, None)
+            },
             Self::Approach => order(1.0, 0.25, Some(0.0)),
             Self::Reach => order(1.0, 0.15, Some(45.0)),
             Self::Mount => order(1.0, 0.15, Some(0.0)),
@@ -300,7 +304,7 @@ impl Phase {
             Self::Withdraw => order(-0.5, 0.08, Some(0.0)),
             Self::Raise => order(1.0, 0.06, Some(45.0)),
             Self::Arch => Order {
-                released: true,
+                released: Some(true),
                 ..order(1.0, 0.06, Some(FOLDED))
             },
             Self::Haul => order(1.0, 0.06, Some(FOLDED)),
