@@ -126,7 +126,9 @@ pub struct Drive {
     posture: Posture,
     wanted: Command,
     commanded: Command,
-    /// Requests that wait for the operator's next command.
+    /// Whether an emergency stop waits for the operator's next command.
+    emergency: bool,
+    /// Request that waits for the operator's next command, or the one after an emergency stop.
     asked: Option<OperatorRequest>,
     requested: OperatorRequest,
     /// Number of commands for which the request is still kept before a request to arm: the guard
@@ -170,6 +172,7 @@ impl Drive {
             posture,
             wanted: command,
             commanded: command,
+            emergency: false,
             asked: None,
             requested: OperatorRequest::Stop,
             kept: 0,
@@ -219,10 +222,13 @@ impl Drive {
     }
 
     /// Requests this from the operator's next command on. A request to arm is sent when the guard
-    /// takes it.
+    /// takes it. An emergency stop is sent, whatever is requested after it.
     pub fn request(&mut self, request: OperatorRequest) {
         match request {
             OperatorRequest::Arm | OperatorRequest::ArmOffLevel => self.arms = Some(request),
+            OperatorRequest::EmergencyStop => {
+                (self.arms, self.asked, self.emergency) = (None, None, true);
+            }
             _ => (self.arms, self.asked) = (None, Some(request)),
         }
     }
@@ -310,7 +316,9 @@ impl Drive {
     /// The request of the next command. An armed guard takes a request to arm as one to go on; a
     /// guard that is not takes one that follows requests to stop.
     fn next_request(&mut self) -> OperatorRequest {
-        if let Some(asked) = self.asked.take() {
+        let emergency = std::mem::take(&mut self.emergency);
+        let emergency = emergency.then_some(OperatorRequest::EmergencyStop);
+        if let Some(asked) = emergency.or_else(|| self.asked.take()) {
             (self.stops, self.kept) = (0, STOPS);
             return asked;
         }

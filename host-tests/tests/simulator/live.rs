@@ -232,6 +232,21 @@ fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() 
 }
 
 #[test]
+fn an_emergency_stop_is_sent_before_the_reset_that_follows_it() {
+    let mut page = Page::start("flat.toml", &Value::Null, true);
+    page.arm();
+    page.ask(&json!({ "command": { "speed_mps": 0.1 } }));
+    page.advance(500);
+    page.ask(&json!({ "ask": "emergency_stop" }));
+    page.ask(&json!({ "ask": "reset" }));
+    let state = page.advance(20);
+    assert_eq!(state["requested"], "emergency_stop");
+    let state = page.advance(20);
+    assert_eq!(state["requested"], "reset");
+    page.assert_repeats("stopped");
+}
+
+#[test]
 fn a_run_ends_before_the_robot_drives_off_the_ground() {
     let mut page = Page::start("hylos/loop.toml", &Value::Null, true);
     page.arm();
