@@ -320,6 +320,11 @@ impl Drive {
         let emergency = emergency.then_some(OperatorRequest::EmergencyStop);
         if let Some(asked) = emergency.or_else(|| self.asked.take()) {
             (self.stops, self.kept) = (0, STOPS);
+            // The guard takes a request to reset once, when the request changes to it.
+            if (asked, self.requested) == (OperatorRequest::Reset, OperatorRequest::Reset) {
+                self.asked = Some(asked);
+                return OperatorRequest::Stop;
+            }
             return asked;
         }
         if self.kept > 0 {

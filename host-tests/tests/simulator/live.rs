@@ -247,6 +247,23 @@ fn an_emergency_stop_is_sent_before_the_reset_that_follows_it() {
 }
 
 #[test]
+fn a_second_reset_counts_after_the_fault_has_ended() {
+    let mut page = Page::start("flat.toml", &Value::Null, true);
+    page.arm();
+    page.ask(&json!({ "break": { "bus_cut": "screw" } }));
+    page.advance(500);
+    page.ask(&json!({ "ask": "reset" }));
+    page.advance(500);
+    page.ask(&json!({ "mend": { "bus_cut": "screw" } }));
+    let state = page.advance(2_000);
+    assert_eq!(state["sample"]["received"]["guard_state"], "held");
+    page.ask(&json!({ "ask": "reset" }));
+    page.advance(2_000);
+    page.arm();
+    page.assert_repeats("reset again");
+}
+
+#[test]
 fn a_run_ends_before_the_robot_drives_off_the_ground() {
     let mut page = Page::start("hylos/loop.toml", &Value::Null, true);
     page.arm();
