@@ -191,6 +191,11 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         assert!(reason.contains("rear edge"), "{reason}");
         keep_desktop(&mut browser, "refused");
         browser.wait("tautrack.state.sample.time_s > 25");
+        // A stop holds while the key is.
+        browser.click("#stop");
+        browser.wait("tautrack.state.sample.time_s > 27");
+        let now = "[tautrack.command.speed_mps, tautrack.state.requested]";
+        assert_eq!(browser.evaluate(now), json!([0, "stop"]));
         browser.key(false, "KeyW");
         assert_eq!(
             browser.evaluate("tautrack.state.sample.truth.toppled"),
@@ -313,6 +318,17 @@ fn a_gamepad_drives_the_robot() {
         browser.wait("tautrack.command.chassis_deg > 10");
         browser.evaluate("pad.axes = [0, -1, 0, 0]; 0");
         browser.wait("tautrack.state.sample.truth.ground_speed > 0.1");
+        // A stop holds until the stick is in its middle.
+        press(&mut browser, 1, "tautrack.state.requested === 'stop'");
+        browser.evaluate("window.stopped = tautrack.state.sample.time_s");
+        browser.wait("tautrack.state.sample.time_s > stopped + 1");
+        assert_eq!(browser.evaluate("tautrack.state.requested"), "stop");
+        browser.evaluate("pad.axes[1] = 0");
+        browser.wait("!tautrack.waits");
+        browser.evaluate("pad.axes[1] = -1");
+        browser.wait(
+            "tautrack.state.requested === 'arm' && tautrack.state.sample.truth.ground_speed > 0.1",
+        );
         // A stick that rests beside its middle commands nothing.
         browser.evaluate("pad.axes = [0.1, 0.1, 0, 0.1]; 0");
         browser.wait("tautrack.command.speed_mps === 0 && tautrack.command.yaw_rate_deg_s === 0");

@@ -74,7 +74,7 @@ const places = JSON.parse($("places").textContent);
 const app = {
   places, place: places[0], still: null, scene: null, camera: null, state: null, running: true, speed: 1,
   keys: new Set(), command: null, fast: 0.15, busy: false, carry: 0, worst: 0, frames: [], ended: false,
-  pads: new Map(), stick: [0, 0], explained: null, error: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
+  pads: new Map(), stick: [0, 0], waits: false, explained: null, error: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
   inputs: [], listeners: new Set(), changes: null, script: false, text: "", errors: [],
 };
 window.tautrack = app; // for tests and for the console
@@ -221,6 +221,9 @@ function gather(dt) {
     app.pads.set(pad.index, pressed);
   }
   forward = forward || app.stick[0]; turn = turn || app.stick[1];
+  // A stop holds until everything that drives has been released.
+  app.waits &&= Boolean(forward || turn || lift);
+  if (app.waits) forward = turn = lift = 0;
   const moves = forward !== 0 || turn !== 0;
   // After a stop, driving goes on with the next command to drive.
   if (moves && app.state?.requested === "stop" && app.state.sample.received.guard_state === "armed" && !app.armed) arm();
@@ -241,9 +244,8 @@ function raise(amount) {
 // a second request.
 const refusesToArm = () => app.state?.sample.received.guard_state === "ready" && app.state.requested === "arm";
 function arm() { app.armed = true; act({ ask: refusesToArm() ? "arm_off_level" : "arm" }); }
-function stop() { app.armed = false; Object.assign(app.command, { speed_mps: 0, yaw_rate_deg_s: 0 }); app.keys.clear(); app.stick = [0, 0]; act({ ask: "stop" }); }
-function emergency() { app.armed = false; app.keys.clear(); act({ ask: "emergency_stop" }); }
-function reset() { app.armed = false; act({ ask: "reset" }); }
+function halt(request) { app.armed = false; app.waits = true; Object.assign(app.command, { speed_mps: 0, yaw_rate_deg_s: 0 }); act({ ask: request }); }
+const stop = () => halt("stop"), emergency = () => halt("emergency_stop"), reset = () => halt("reset");
 function pause() { app.running = !app.running; showTime(); }
 function single() { app.running = false; if (!app.busy && !app.ended) advance(1); showTime(); }
 const restart = () => start(app.text, app.changes, app.script).catch(fail);
@@ -258,7 +260,7 @@ addEventListener("keydown", event => {
   if (event.code === "Enter" && event.target.tagName === "BUTTON" && event.target.id !== "arm") return;
   const does = KEYS[event.code];
   if (does && !event.repeat) does();
-  if (!does) app.keys.add(event.code);
+  if (!does && !event.repeat) app.keys.add(event.code);
   if (does || /^(Arrow|Page|Key[WASDEQ])/.test(event.code)) event.preventDefault();
 });
 addEventListener("keyup", event => app.keys.delete(event.code));
