@@ -261,6 +261,12 @@ fn the_panel_reads_writes_saves_and_finds_a_setting_after_a_restart() {
         browser.evaluate("document.getElementById('panel-plot').scrollIntoView()");
         keep_desktop(&mut browser, "panel");
         browser.assert_repeats("panel");
+        // A new run ends what was under way, and is listened to.
+        browser.click("[data-tab=panel]");
+        browser.click("#panel-read");
+        browser.press("Digit0");
+        browser.wait(&format!("{message}.includes('restarted')"));
+        browser.wait("document.querySelector('#panel-nodes tr[data-id=\"2\"]')");
         browser.assert_no_errors();
     });
 }

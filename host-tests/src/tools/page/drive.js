@@ -103,6 +103,7 @@ async function start(text, changes = {}, script = app.script) {
   app.busy = true;
   try {
     const [still] = await link.ask({ start: { scenario: text, changes, person: !script } });
+    app.panel?.start();
     const [state] = await link.ask({ advance: 1 });
     Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, error: null, heldBy: null, running: true, carry: 0 });
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
@@ -116,7 +117,6 @@ async function start(text, changes = {}, script = app.script) {
     take(state);
     await lay();
     showStill();
-    app.panel?.start();
     // These robots sink or fall while their motors are off.
     if (["rt-mover", "hylos"].includes(still.robot) && !script) arm();
   } finally {
