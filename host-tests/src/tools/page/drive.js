@@ -179,6 +179,9 @@ function act(request) {
   if (!app.running) advance(1);
 }
 
+// Something of the panel; a paused run does not go on for it.
+const queue = request => app.inputs.push(request);
+
 function take(state) {
   app.state = state;
   app.scene.update(state);
@@ -248,7 +251,7 @@ function halt(request) { app.armed = false; app.waits = true; Object.assign(app.
 const stop = () => halt("stop"), emergency = () => halt("emergency_stop"), reset = () => halt("reset");
 function pause() { app.running = !app.running; showTime(); }
 function single() { app.running = false; if (!app.busy && !app.ended) advance(1); showTime(); }
-const restart = () => start(app.text, app.changes, app.script).catch(fail);
+const restart = () => app.still && start(app.text, app.changes, app.script).catch(fail);
 function toggle(key) { if (app.still.posture.kind === "chassis") { app.command[key] = !app.command[key]; showPosture(); } }
 const slack = () => toggle("released");
 const autonomous = () => toggle("autonomous");
@@ -257,7 +260,7 @@ const KEYS = { Enter: arm, Space: stop, Escape: emergency, KeyR: reset, KeyP: pa
 addEventListener("keydown", event => {
   const writing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox";
   if (event.ctrlKey || event.metaKey || event.altKey || (writing && event.code !== "Escape")) return;
-  if (event.code === "Enter" && event.target.tagName === "BUTTON" && event.target.id !== "arm") return;
+  if (event.code === "Enter" && /^(BUTTON|SUMMARY|A)$/.test(event.target.tagName) && event.target.id !== "arm") return;
   const does = KEYS[event.code];
   if (does && !event.repeat) does();
   if (!does && !event.repeat) app.keys.add(event.code);
@@ -493,7 +496,7 @@ function build() {
   addEventListener("dragleave", event => { if (!event.relatedTarget) document.body.classList.remove("drop"); });
   addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("drop"); open(event.dataTransfer.files[0]); });
   buildStick();
-  app.panel = createPanel($("tab-panel"), app, link, act, make);
+  app.panel = createPanel($("tab-panel"), app, link, queue, make);
 }
 
 // Speed of the simulator alone: seconds of the run in a second of the computer.
