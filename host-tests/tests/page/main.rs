@@ -208,6 +208,10 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         browser.wait(&format!("{verdict} === 'refused: emergency stop'"));
         keep_desktop(&mut browser, "stopped");
         browser.press("KeyR");
+        browser.wait("tautrack.state.requested === 'reset'");
+        browser.wait("document.getElementById('state').textContent.includes('Arm to drive on')");
+        let pressed = "document.getElementById('arm').getAttribute('aria-pressed')";
+        assert_eq!(browser.evaluate(pressed), "false");
         browser.press("Enter");
         browser.wait(&format!("{verdict} !== 'refused: emergency stop'"));
         browser.press("Digit0");

@@ -53,9 +53,9 @@ function explain(verdict, { asked_speed: asked = 0, passed_speed: passed = 0 } =
     passed: ["free", "The command passes", ""],
     scaled: ["scaled", posture ? "The guard slows the change of posture" : "The guard slows the robot",
       edge === undefined ? `The reason: ${reason}.` : `The robot would come too close to tipping over its ${side} edge: ${near}.`],
-    refused: reason === "emergency stop" ? ["refused", "Emergency stop", "All drives stop and hold. Reset, then drive on."] : ["refused", posture ? "The guard refuses the posture" : tripped ? "The guard has tripped" : "The guard refuses the command",
+    refused: reason === "emergency stop" ? ["refused", "Emergency stop", "All drives stop and hold. Reset, then arm."] : ["refused", posture ? "The guard refuses the posture" : tripped ? "The guard has tripped" : "The guard refuses the command",
       edge === undefined ? `The reason: ${reason}.` : tripped
-        ? `It has stopped the robot at its ${side} edge. Reset, then back off or drive away from that edge.`
+        ? `It has stopped the robot at its ${side} edge. Reset, then arm and drive away from that edge.`
         : `The robot would tip over its ${side} edge: ${near}. Only motion away from that edge passes.`],
     overridden: ["refused", "The guard drives by itself", `It moves the robot away from tipping over its ${side} edge, whatever you command.`],
     "backing off": ["scaled", "The guard backs off", `It moves the robot back from its ${side} edge, the way it came.`],
@@ -243,6 +243,9 @@ function raise(amount) {
   showPosture();
 }
 
+// After a stop, driving goes on by itself.
+const arms = () => ["arm", "arm_off_level"].includes(app.state.requested);
+const goesOn = () => arms() || app.state.requested === "stop";
 // The guard does not home the drives of a robot that is not level, unless the operator confirms it by
 // a second request.
 const refusesToArm = () => app.state?.sample.received.guard_state === "ready" && app.state.requested === "arm";
@@ -305,7 +308,7 @@ function showNow(found) {
   const name = received.guard_state || "";
   text($("state").firstElementChild, name || "starting");
   text($("state").lastElementChild, refusesToArm() ? "The guard starts no drive: the robot is not level. Arm again to confirm."
-    : name === "held" ? `${app.heldBy ? `Held by ${app.heldBy}.` : STATES.held} Reset, then arm.` : STATES[name] ?? "The guard homes the drives and switches them on.");
+    : name === "held" ? `${app.heldBy ? `Held by ${app.heldBy}.` : STATES.held} Reset, then arm.` : name === "armed" && !goesOn() ? "Arm to drive on." : STATES[name] ?? "The guard homes the drives and switches them on.");
   const armed = name === "armed";
   text($("verdict"), !still.guard ? "The filter is off" : armed ? found.title : "");
   $("verdict").className = !still.guard ? "refused" : found.kind;
@@ -322,7 +325,7 @@ function showNow(found) {
   });
   text($("moment"), truth.toppled ? "The robot has toppled. Restart it." : truth.came_off ? `Off the robot: ${truth.came_off}` : app.ended ? "The run ends here. Restart it." : "");
   $("arm").disabled = app.script; $("stop").disabled = app.script; $("reset").disabled = app.script; $("emergency").disabled = app.script;
-  $("arm").setAttribute("aria-pressed", String(armed && app.state.requested !== "stop"));
+  $("arm").setAttribute("aria-pressed", String(armed && arms()));
   const rate = app.spent ? 1 / app.spent : 0;
   text($("pace"), rate && rate < app.speed * .95 ? `${rate.toFixed(1)} ×` : "");
   if ((app.shownAt ?? -1) > time || time - (app.shownAt ?? -1) > .1) { app.shownAt = time; showFigures(); showNodes(); }
