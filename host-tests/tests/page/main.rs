@@ -228,6 +228,13 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         browser.wait("document.getElementById('state').textContent.includes('node lost')");
         keep_desktop(&mut browser, "broken");
         browser.assert_repeats("broken");
+        // A new run takes no input that was meant for the one before.
+        browser.evaluate(
+            "(async () => { const started = tautrack.start(tautrack.text); \
+             tautrack.act({ break: { node_dead: 'left_track' } }); await started; })()",
+        );
+        browser.wait("tautrack.state.sample.time_s > 0.5");
+        assert_eq!(browser.evaluate("tautrack.state.faults"), json!([]));
         browser.assert_no_errors();
     });
 }

@@ -103,6 +103,8 @@ async function start(text, changes = {}, script = app.script) {
   app.busy = true;
   try {
     const [still] = await link.ask({ start: { scenario: text, changes, person: !script } });
+    // What was meant for the run before.
+    app.inputs.length = 0;
     app.panel?.start();
     const [state] = await link.ask({ advance: 1 });
     Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, error: null, heldBy: null, running: true, carry: 0 });
