@@ -4,7 +4,7 @@
 use crate::programs::Programs;
 use crate::robots::Posture;
 use crate::scenario::{
-    Belts, Clearance, ClientFrame, Description, Event, Expect, Fault, FaultKind, Operator,
+    Belts, Clearance, ClientFrame, Description, Event, Expect, Fault, FaultKind, Motion, Operator,
     OperatorRequest, Scenario, When,
 };
 use crate::simulator::record::Sample;
@@ -126,7 +126,9 @@ pub struct Drive {
     posture: Posture,
     wanted: Command,
     commanded: Command,
-    /// Requests that wait for the operator's next command.
+    /// Whether an emergency stop waits for the operator's next command.
+    emergency: bool,
+    /// Request that waits for the operator's next command, or the one after an emergency stop.
     asked: Option<OperatorRequest>,
     requested: OperatorRequest,
     /// Number of commands for which the request is still kept before a request to arm: the guard
@@ -170,6 +172,7 @@ impl Drive {
             posture,
             wanted: command,
             commanded: command,
+            emergency: false,
             asked: None,
             requested: OperatorRequest::Stop,
             kept: 0,
@@ -219,10 +222,13 @@ impl Drive {
     }
 
     /// Requests this from the operator's next command on. A request to arm is sent when the guard
-    /// takes it.
+    /// takes it. An emergency stop is sent, whatever is requested after it.
     pub fn request(&mut self, request: OperatorRequest) {
         match request {
             OperatorRequest::Arm | OperatorRequest::ArmOffLevel => self.arms = Some(request),
+            OperatorRequest::EmergencyStop => {
+                (self.arms, self.asked, self.emergency) = (None, None, true);
+            }
             _ => (self.arms, self.asked) = (None, Some(request)),
         }
     }
@@ -272,7 +278,9 @@ impl Drive {
         let at_ms = self.steps + 1;
         let frame = ClientFrame { at_ms, id, data };
         frame.frame().ok_or("no CAN frame")?;
-        self.recorded.frames.push(frame.clone());
+        let frames = &mut self.recorded.frames;
+        let place = frames.partition_point(|of| of.at_ms <= at_ms);
+        frames.insert(place, frame.clone());
         self.run.add_frame(frame);
         Ok(())
     }
@@ -308,8 +316,15 @@ impl Drive {
     /// The request of the next command. An armed guard takes a request to arm as one to go on; a
     /// guard that is not takes one that follows requests to stop.
     fn next_request(&mut self) -> OperatorRequest {
-        if let Some(asked) = self.asked.take() {
+        let emergency = std::mem::take(&mut self.emergency);
+        let emergency = emergency.then_some(OperatorRequest::EmergencyStop);
+        if let Some(asked) = emergency.or_else(|| self.asked.take()) {
             (self.stops, self.kept) = (0, STOPS);
+            // The guard takes a request to reset once, when the request changes to it.
+            if (asked, self.requested) == (OperatorRequest::Reset, OperatorRequest::Reset) {
+                self.asked = Some(asked);
+                return OperatorRequest::Stop;
+            }
             return asked;
         }
         if self.kept > 0 {
@@ -335,15 +350,29 @@ impl Drive {
         OperatorRequest::Stop
     }
 
-    /// Returns the scenario that repeats the run until now, as the text of a file.
+    /// Returns the scenario that repeats the run until now, as the text of a file. It expects no
+    /// results, and leaves out what is not due until now.
     ///
     /// # Errors
-    /// A text, if the scenario cannot be written.
+    /// A text, if no scenario is as short as the run, or it cannot be written.
     pub fn save(&self) -> Result<String, String> {
         let mut description = self.recorded.clone();
         // Half a step more: the number of whole steps is that of the run.
-        description.duration_s = (self.steps as f64 + 0.5) / 1e3;
-        toml::to_string(&description).map_err(|error| error.to_string())
+        let end_s = ((self.steps as f64 + 0.5) / 1e3).min(MAXIMUM_S);
+        description.duration_s = end_s;
+        description.expect = Expect::default();
+        description.operator.events.truncate(self.run.events_done());
+        description.faults.retain(|fault| fault.at_s <= end_s);
+        for fault in &mut description.faults {
+            fault.notice_within_ms = None;
+        }
+        description.frames.retain(|frame| frame.at_ms <= self.steps);
+        cut(&mut description.hand, end_s);
+        if let Some(payload) = description.robot.payload_mut() {
+            payload.from_s = payload.from_s.min(end_s);
+        }
+        let scenario = Scenario::checked(description).map_err(|error| error.to_string())?;
+        toml::to_string(&scenario).map_err(|error| error.to_string())
     }
 
     /// Hash of the run until now, as in `summary.json`.
@@ -355,4 +384,16 @@ impl Drive {
 /// Virtual time of a step, s; the operator's view and the faults compute it equally.
 fn seconds(step: u64) -> f64 {
     (step * STEP_US) as f64 * 1e-6
+}
+
+/// Leaves out the motions of the hand that have not begun at this time. Between two motions the
+/// hand holds the robot; so that it does not let go, the second one begins then.
+fn cut(hand: &mut Vec<Motion>, end_s: f64) {
+    let begun = hand.partition_point(|motion| motion.at_s <= end_s);
+    let last = hand[..begun].last();
+    let ended = last.is_some_and(|last| last.at_s + last.within_s <= end_s);
+    hand.truncate(begun + usize::from(ended));
+    if let Some(next) = hand.get_mut(begun) {
+        next.at_s = end_s;
+    }
 }

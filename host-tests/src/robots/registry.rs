@@ -1,6 +1,7 @@
 //! The robots of the list in `tautrack::robots`, as values.
 
 use super::NodeName;
+use super::payload::Payload;
 use super::section::{Facts, Section};
 #[cfg(unix)]
 use crate::programs::{self, Board, BuildError, Programs};
@@ -50,6 +51,13 @@ macro_rules! robots {
             pub fn section(&self) -> &dyn Section {
                 match self {
                     $(Self::$name(section) => section,)*
+                }
+            }
+
+            /// Returns the load on the robot, if it has one.
+            pub fn payload_mut(&mut self) -> Option<&mut Payload> {
+                match self {
+                    $(Self::$name(section) => section.payload_mut(),)*
                 }
             }
         }

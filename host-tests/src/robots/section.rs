@@ -1,5 +1,6 @@
 //! Interface of a robot to a run: its section of a scenario file, its nodes and its plant.
 
+use super::payload::Payload;
 use super::{NodeName, motors};
 use crate::bounds::Problem;
 use crate::world::Plant;
@@ -33,6 +34,11 @@ pub trait Section {
     /// # Errors
     /// [`Problem`] of the first bad value, with its key and bound.
     fn check(&self, conditions: &Conditions) -> Result<(), Problem>;
+
+    /// Returns the load on the robot, if it has one.
+    fn payload_mut(&mut self) -> Option<&mut Payload> {
+        None
+    }
 
     /// Position of the robot's foremost point at the start, m ahead of the world's origin.
     fn front_m(&self) -> f64;

@@ -191,6 +191,11 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         assert!(reason.contains("rear edge"), "{reason}");
         keep_desktop(&mut browser, "refused");
         browser.wait("tautrack.state.sample.time_s > 25");
+        // A stop holds while the key is.
+        browser.click("#stop");
+        browser.wait("tautrack.state.sample.time_s > 27");
+        let now = "[tautrack.command.speed_mps, tautrack.state.requested]";
+        assert_eq!(browser.evaluate(now), json!([0, "stop"]));
         browser.key(false, "KeyW");
         assert_eq!(
             browser.evaluate("tautrack.state.sample.truth.toppled"),
@@ -203,6 +208,10 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         browser.wait(&format!("{verdict} === 'refused: emergency stop'"));
         keep_desktop(&mut browser, "stopped");
         browser.press("KeyR");
+        browser.wait("tautrack.state.requested === 'reset'");
+        browser.wait("document.getElementById('state').textContent.includes('Arm to drive on')");
+        let pressed = "document.getElementById('arm').getAttribute('aria-pressed')";
+        assert_eq!(browser.evaluate(pressed), "false");
         browser.press("Enter");
         browser.wait(&format!("{verdict} !== 'refused: emergency stop'"));
         browser.press("Digit0");
@@ -219,6 +228,13 @@ fn a_visitor_is_refused_at_the_stairs_stops_breaks_and_saves() {
         browser.wait("document.getElementById('state').textContent.includes('node lost')");
         keep_desktop(&mut browser, "broken");
         browser.assert_repeats("broken");
+        // A new run takes no input that was meant for the one before.
+        browser.evaluate(
+            "(async () => { const started = tautrack.start(tautrack.text); \
+             tautrack.act({ break: { node_dead: 'left_track' } }); await started; })()",
+        );
+        browser.wait("tautrack.state.sample.time_s > 0.5");
+        assert_eq!(browser.evaluate("tautrack.state.faults"), json!([]));
         browser.assert_no_errors();
     });
 }
@@ -256,6 +272,12 @@ fn the_panel_reads_writes_saves_and_finds_a_setting_after_a_restart() {
         browser.evaluate("document.getElementById('panel-plot').scrollIntoView()");
         keep_desktop(&mut browser, "panel");
         browser.assert_repeats("panel");
+        // A new run ends what was under way, and is listened to.
+        browser.click("[data-tab=panel]");
+        browser.click("#panel-read");
+        browser.press("Digit0");
+        browser.wait(&format!("{message}.includes('restarted')"));
+        browser.wait("document.querySelector('#panel-nodes tr[data-id=\"2\"]')");
         browser.assert_no_errors();
     });
 }
@@ -313,6 +335,17 @@ fn a_gamepad_drives_the_robot() {
         browser.wait("tautrack.command.chassis_deg > 10");
         browser.evaluate("pad.axes = [0, -1, 0, 0]; 0");
         browser.wait("tautrack.state.sample.truth.ground_speed > 0.1");
+        // A stop holds until the stick is in its middle.
+        press(&mut browser, 1, "tautrack.state.requested === 'stop'");
+        browser.evaluate("window.stopped = tautrack.state.sample.time_s");
+        browser.wait("tautrack.state.sample.time_s > stopped + 1");
+        assert_eq!(browser.evaluate("tautrack.state.requested"), "stop");
+        browser.evaluate("pad.axes[1] = 0");
+        browser.wait("!tautrack.waits");
+        browser.evaluate("pad.axes[1] = -1");
+        browser.wait(
+            "tautrack.state.requested === 'arm' && tautrack.state.sample.truth.ground_speed > 0.1",
+        );
         // A stick that rests beside its middle commands nothing.
         browser.evaluate("pad.axes = [0.1, 0.1, 0, 0.1]; 0");
         browser.wait("tautrack.command.speed_mps === 0 && tautrack.command.yaw_rate_deg_s === 0");

@@ -153,6 +153,63 @@ fn faults_and_frames_of_the_visitor_are_repeated() {
     page.assert_repeats("broken");
 }
 
+/// Saves a run at several moments before what its scenario holds for later.
+#[test]
+fn a_saved_run_leaves_out_what_was_not_due() {
+    let load =
+        json!({ "mass_kg": 0.5, "place_m": [0.0, 0.0, 0.1], "from_s": 4.0, "declared": true });
+    let changes = json!({
+        "operator": { "from_power_up": true, "speed_mps": 0.0 },
+        "robot": { "b2p2": { "payload": load } },
+        "fault": [
+            {
+                "what": { "encoder_frozen": "left_track" },
+                "at_s": 0.4, "until_s": 9.0, "notice_within_ms": 60_000.0
+            },
+            { "what": { "node_dead": "screw" }, "at_s": 9.0 },
+        ],
+        "frame": [
+            { "at_ms": 200, "id": 0x602, "data": [0x40, 0x18, 0x10, 1, 0, 0, 0, 0] },
+            { "at_ms": 9_000, "id": 0x602, "data": [0x40, 0x18, 0x10, 1, 0, 0, 0, 0] },
+        ],
+        "hand": [
+            { "at_s": 0.5, "within_s": 1.0, "lift_m": 0.2 },
+            { "at_s": 2.5, "within_s": 1.0, "lift_m": 0.1 },
+            { "at_s": 9.0, "within_s": 1.0 },
+        ],
+        "expect": { "toppled": true },
+    });
+    let mut page = Page::start("flat.toml", &changes, true);
+    page.ask(&json!({ "listen": true }));
+    for steps in [300, 600, 1_000, 1_000] {
+        // The answer to a frame does not wait for the scenario's later frames.
+        page.ask(&json!({ "send": { "id": 0x602, "data": [0x40, 0x18, 0x10, 1, 0, 0, 0, 0] } }));
+        let frames = page.ask(&json!({ "bus": steps }));
+        let frames = frames.as_array().expect("frames");
+        assert!(frames.iter().any(|frame| frame[2] == 0x582), "{steps}");
+        page.assert_repeats(&format!("after {steps} steps more"));
+    }
+    let mut page = Page::start("staircase.toml", &Value::Null, false);
+    page.advance(3_000);
+    page.assert_repeats("by the scenario's operator");
+    let mut page = Page::start("hylos/loop.toml", &Value::Null, false);
+    page.advance(3_000);
+    page.assert_repeats("by an operator with events");
+}
+
+#[test]
+fn a_run_that_is_too_short_for_a_scenario_is_not_saved() {
+    let mut page = Page::start("flat.toml", &Value::Null, true);
+    page.advance(50);
+    let answer = page.answer(&json!("save"));
+    let error = answer["error"].as_str().expect("an error");
+    assert!(error.contains("duration_s"), "{error}");
+    page.advance(50);
+    // A fault of a run that has ended begins after its end.
+    page.ask(&json!({ "break": { "node_dead": "screw" } }));
+    page.assert_repeats("short");
+}
+
 #[test]
 fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() {
     let mut page = Page::start("flat.toml", &Value::Null, true);
@@ -172,6 +229,38 @@ fn after_an_emergency_stop_a_reset_and_a_request_to_arm_let_the_visitor_go_on() 
     let speed = state["sample"]["received"]["passed_speed"].as_f64();
     assert!(speed.is_some_and(|speed| speed > 0.05), "{state}");
     page.assert_repeats("stopped");
+}
+
+#[test]
+fn an_emergency_stop_is_sent_before_the_reset_that_follows_it() {
+    let mut page = Page::start("flat.toml", &Value::Null, true);
+    page.arm();
+    page.ask(&json!({ "command": { "speed_mps": 0.1 } }));
+    page.advance(500);
+    page.ask(&json!({ "ask": "emergency_stop" }));
+    page.ask(&json!({ "ask": "reset" }));
+    let state = page.advance(20);
+    assert_eq!(state["requested"], "emergency_stop");
+    let state = page.advance(20);
+    assert_eq!(state["requested"], "reset");
+    page.assert_repeats("stopped");
+}
+
+#[test]
+fn a_second_reset_counts_after_the_fault_has_ended() {
+    let mut page = Page::start("flat.toml", &Value::Null, true);
+    page.arm();
+    page.ask(&json!({ "break": { "bus_cut": "screw" } }));
+    page.advance(500);
+    page.ask(&json!({ "ask": "reset" }));
+    page.advance(500);
+    page.ask(&json!({ "mend": { "bus_cut": "screw" } }));
+    let state = page.advance(2_000);
+    assert_eq!(state["sample"]["received"]["guard_state"], "held");
+    page.ask(&json!({ "ask": "reset" }));
+    page.advance(2_000);
+    page.arm();
+    page.assert_repeats("reset again");
 }
 
 #[test]

@@ -142,6 +142,10 @@ impl Section for Crawler {
         Ok(())
     }
 
+    fn payload_mut(&mut self) -> Option<&mut Payload> {
+        self.payload.as_mut()
+    }
+
     fn front_m(&self) -> f64 {
         0.5 * CrawlerParameters::nominal().extent[0]
     }

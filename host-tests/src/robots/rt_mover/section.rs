@@ -42,6 +42,10 @@ impl Section for RtMover {
         Ok(())
     }
 
+    fn payload_mut(&mut self) -> Option<&mut Payload> {
+        self.payload.as_mut()
+    }
+
     fn front_m(&self) -> f64 {
         0.5 * BODY_LENGTH + WHEEL_RADIUS
     }

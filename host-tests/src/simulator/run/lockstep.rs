@@ -317,9 +317,15 @@ impl Run {
         self.faults.end_at(index, until_s);
     }
 
-    /// Adds a frame behind those of the scenario's client.
+    /// Adds a frame to those of the scenario's client, behind those of the same time.
     pub fn add_frame(&mut self, frame: ClientFrame) {
-        self.frames.push_back(frame);
+        let place = self.frames.partition_point(|of| of.at_ms <= frame.at_ms);
+        self.frames.insert(place, frame);
+    }
+
+    /// Number of events of the operator's script that have taken effect.
+    pub fn events_done(&self) -> usize {
+        self.operator.events_done()
     }
 
     /// Returns the sample of this step.

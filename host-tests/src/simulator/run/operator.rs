@@ -70,6 +70,11 @@ impl Operator {
         &self.commands_us
     }
 
+    /// Number of events of the script that have taken effect.
+    pub fn events_done(&self) -> usize {
+        self.script.as_ref().map_or(0, Script::events_done)
+    }
+
     /// Adds an event to the script.
     pub fn add(&mut self, event: Event) {
         if let Some(script) = &mut self.script {

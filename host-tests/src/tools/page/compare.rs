@@ -1,7 +1,6 @@
 //! `cargo demo --compare`: runs a scenario with the guard's filter on and off, and makes one page
 //! that shows both runs.
 
-use super::in_script;
 use crate::live::{Drive, scene};
 use crate::results::scene::pack::{packed, round};
 use crate::results::scene::{SCRIPTS, ground, still};
@@ -45,15 +44,15 @@ pub fn write(scenario: &Scenario, folder: &Path) -> Result<PathBuf, String> {
         "runs": runs,
     });
     let data = packed(data.to_string().as_bytes());
-    let title = in_script(&Value::from(scenario.name.as_str()));
     let [gl, robot] = SCRIPTS;
     let parts = [
-        ("{{title}}", title.trim_matches('"')),
         ("{{style}}", include_str!("compare.css")),
         ("{{data}}", &data),
         ("{{gl}}", gl),
         ("{{robot}}", robot),
         ("{{compare}}", include_str!("compare.js")),
+        // A name may contain the mark of another part.
+        ("{{title}}", &escaped(&scenario.name)),
     ];
     let page = include_str!("compare.html").to_owned();
     let page = parts
@@ -105,4 +104,9 @@ impl Sink for Nothing {
     fn sample(&mut self, _: Sample) -> Result<(), Unwritten> {
         Ok(())
     }
+}
+
+/// Writes text for HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;")
 }

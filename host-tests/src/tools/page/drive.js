@@ -53,9 +53,9 @@ function explain(verdict, { asked_speed: asked = 0, passed_speed: passed = 0 } =
     passed: ["free", "The command passes", ""],
     scaled: ["scaled", posture ? "The guard slows the change of posture" : "The guard slows the robot",
       edge === undefined ? `The reason: ${reason}.` : `The robot would come too close to tipping over its ${side} edge: ${near}.`],
-    refused: reason === "emergency stop" ? ["refused", "Emergency stop", "All drives stop and hold. Reset, then drive on."] : ["refused", posture ? "The guard refuses the posture" : tripped ? "The guard has tripped" : "The guard refuses the command",
+    refused: reason === "emergency stop" ? ["refused", "Emergency stop", "All drives stop and hold. Reset, then arm."] : ["refused", posture ? "The guard refuses the posture" : tripped ? "The guard has tripped" : "The guard refuses the command",
       edge === undefined ? `The reason: ${reason}.` : tripped
-        ? `It has stopped the robot at its ${side} edge. Reset, then back off or drive away from that edge.`
+        ? `It has stopped the robot at its ${side} edge. Reset, then arm and drive away from that edge.`
         : `The robot would tip over its ${side} edge: ${near}. Only motion away from that edge passes.`],
     overridden: ["refused", "The guard drives by itself", `It moves the robot away from tipping over its ${side} edge, whatever you command.`],
     "backing off": ["scaled", "The guard backs off", `It moves the robot back from its ${side} edge, the way it came.`],
@@ -74,7 +74,7 @@ const places = JSON.parse($("places").textContent);
 const app = {
   places, place: places[0], still: null, scene: null, camera: null, state: null, running: true, speed: 1,
   keys: new Set(), command: null, fast: 0.15, busy: false, carry: 0, worst: 0, frames: [], ended: false,
-  pads: new Map(), stick: [0, 0], explained: null, error: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
+  pads: new Map(), stick: [0, 0], waits: false, explained: null, error: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
   inputs: [], listeners: new Set(), changes: null, script: false, text: "", errors: [],
 };
 window.tautrack = app; // for tests and for the console
@@ -103,6 +103,9 @@ async function start(text, changes = {}, script = app.script) {
   app.busy = true;
   try {
     const [still] = await link.ask({ start: { scenario: text, changes, person: !script } });
+    // What was meant for the run before.
+    app.inputs.length = 0;
+    app.panel?.start();
     const [state] = await link.ask({ advance: 1 });
     Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, error: null, heldBy: null, running: true, carry: 0 });
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
@@ -116,7 +119,6 @@ async function start(text, changes = {}, script = app.script) {
     take(state);
     await lay();
     showStill();
-    app.panel?.start();
     // These robots sink or fall while their motors are off.
     if (["rt-mover", "hylos"].includes(still.robot) && !script) arm();
   } finally {
@@ -179,6 +181,9 @@ function act(request) {
   if (!app.running) advance(1);
 }
 
+// Something of the panel; a paused run does not go on for it.
+const queue = request => app.inputs.push(request);
+
 function take(state) {
   app.state = state;
   app.scene.update(state);
@@ -221,6 +226,9 @@ function gather(dt) {
     app.pads.set(pad.index, pressed);
   }
   forward = forward || app.stick[0]; turn = turn || app.stick[1];
+  // A stop holds until everything that drives has been released.
+  app.waits &&= Boolean(forward || turn || lift);
+  if (app.waits) forward = turn = lift = 0;
   const moves = forward !== 0 || turn !== 0;
   // After a stop, driving goes on with the next command to drive.
   if (moves && app.state?.requested === "stop" && app.state.sample.received.guard_state === "armed" && !app.armed) arm();
@@ -237,16 +245,18 @@ function raise(amount) {
   showPosture();
 }
 
+// After a stop, driving goes on by itself.
+const arms = () => ["arm", "arm_off_level"].includes(app.state.requested);
+const goesOn = () => arms() || app.state.requested === "stop";
 // The guard does not home the drives of a robot that is not level, unless the operator confirms it by
 // a second request.
 const refusesToArm = () => app.state?.sample.received.guard_state === "ready" && app.state.requested === "arm";
 function arm() { app.armed = true; act({ ask: refusesToArm() ? "arm_off_level" : "arm" }); }
-function stop() { app.armed = false; Object.assign(app.command, { speed_mps: 0, yaw_rate_deg_s: 0 }); app.keys.clear(); app.stick = [0, 0]; act({ ask: "stop" }); }
-function emergency() { app.armed = false; app.keys.clear(); act({ ask: "emergency_stop" }); }
-function reset() { app.armed = false; act({ ask: "reset" }); }
+function halt(request) { app.armed = false; app.waits = true; Object.assign(app.command, { speed_mps: 0, yaw_rate_deg_s: 0 }); act({ ask: request }); }
+const stop = () => halt("stop"), emergency = () => halt("emergency_stop"), reset = () => halt("reset");
 function pause() { app.running = !app.running; showTime(); }
 function single() { app.running = false; if (!app.busy && !app.ended) advance(1); showTime(); }
-const restart = () => start(app.text, app.changes, app.script).catch(fail);
+const restart = () => app.still && start(app.text, app.changes, app.script).catch(fail);
 function toggle(key) { if (app.still.posture.kind === "chassis") { app.command[key] = !app.command[key]; showPosture(); } }
 const slack = () => toggle("released");
 const autonomous = () => toggle("autonomous");
@@ -255,10 +265,10 @@ const KEYS = { Enter: arm, Space: stop, Escape: emergency, KeyR: reset, KeyP: pa
 addEventListener("keydown", event => {
   const writing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "range" && event.target.type !== "checkbox";
   if (event.ctrlKey || event.metaKey || event.altKey || (writing && event.code !== "Escape")) return;
-  if (event.code === "Enter" && event.target.tagName === "BUTTON" && event.target.id !== "arm") return;
+  if (event.code === "Enter" && /^(BUTTON|SUMMARY|A)$/.test(event.target.tagName) && event.target.id !== "arm") return;
   const does = KEYS[event.code];
   if (does && !event.repeat) does();
-  if (!does) app.keys.add(event.code);
+  if (!does && !event.repeat) app.keys.add(event.code);
   if (does || /^(Arrow|Page|Key[WASDEQ])/.test(event.code)) event.preventDefault();
 });
 addEventListener("keyup", event => app.keys.delete(event.code));
@@ -300,7 +310,7 @@ function showNow(found) {
   const name = received.guard_state || "";
   text($("state").firstElementChild, name || "starting");
   text($("state").lastElementChild, refusesToArm() ? "The guard starts no drive: the robot is not level. Arm again to confirm."
-    : name === "held" ? `${app.heldBy ? `Held by ${app.heldBy}.` : STATES.held} Reset, then arm.` : STATES[name] ?? "The guard homes the drives and switches them on.");
+    : name === "held" ? `${app.heldBy ? `Held by ${app.heldBy}.` : STATES.held} Reset, then arm.` : name === "armed" && !goesOn() ? "Arm to drive on." : STATES[name] ?? "The guard homes the drives and switches them on.");
   const armed = name === "armed";
   text($("verdict"), !still.guard ? "The filter is off" : armed ? found.title : "");
   $("verdict").className = !still.guard ? "refused" : found.kind;
@@ -317,7 +327,7 @@ function showNow(found) {
   });
   text($("moment"), truth.toppled ? "The robot has toppled. Restart it." : truth.came_off ? `Off the robot: ${truth.came_off}` : app.ended ? "The run ends here. Restart it." : "");
   $("arm").disabled = app.script; $("stop").disabled = app.script; $("reset").disabled = app.script; $("emergency").disabled = app.script;
-  $("arm").setAttribute("aria-pressed", String(armed && app.state.requested !== "stop"));
+  $("arm").setAttribute("aria-pressed", String(armed && arms()));
   const rate = app.spent ? 1 / app.spent : 0;
   text($("pace"), rate && rate < app.speed * .95 ? `${rate.toFixed(1)} ×` : "");
   if ((app.shownAt ?? -1) > time || time - (app.shownAt ?? -1) > .1) { app.shownAt = time; showFigures(); showNodes(); }
@@ -491,7 +501,7 @@ function build() {
   addEventListener("dragleave", event => { if (!event.relatedTarget) document.body.classList.remove("drop"); });
   addEventListener("drop", event => { event.preventDefault(); document.body.classList.remove("drop"); open(event.dataTransfer.files[0]); });
   buildStick();
-  app.panel = createPanel($("tab-panel"), app, link, act, make);
+  app.panel = createPanel($("tab-panel"), app, link, queue, make);
 }
 
 // Speed of the simulator alone: seconds of the run in a second of the computer.

@@ -15,6 +15,8 @@ function createSimulatedBus(app, link, act) {
   return {
     take(data) {
       if (data.nodes) { nodes = data.nodes; return; }
+      // The run before may have been asked.
+      if (!tickets.has(data.ticket)) return;
       const { done, failed } = tickets.get(data.ticket);
       tickets.delete(data.ticket);
       if (data.error) failed(new Error(data.error)); else done(data.bytes);
@@ -24,7 +26,11 @@ function createSimulatedBus(app, link, act) {
     transfer: (node, index, sub, value) => promise(ticket => ({ transfer: { node, index, sub, value, ticket } })),
     lss: (bytes, answer) => promise(ticket => ({ lss: { bytes, answer, ticket } })),
     open: on => act({ listen: on }),
-    start() { nodes = []; tickets.clear(); },
+    start() {
+      nodes = [];
+      for (const { failed } of tickets.values()) failed(new Error("The run has been restarted"));
+      tickets.clear();
+    },
   };
 }
 
@@ -216,31 +222,36 @@ function createPanel(root, app, link, act, make) {
   const speed = make("input", { type: "range", min: -1, max: 1, step: .05, value: .3, "aria-label": "Speed, rad/s" });
   const speedText = make("output", {}, "0.30 rad/s");
   speed.oninput = () => { speedText.textContent = `${Number(speed.value).toFixed(2)} rad/s`; };
-  const set = (control, target = 0) => bus.send({ id: 0x300 + chosen, data: [...bytesOf(control, 2), 9, ...bytesOf(Math.round(target * 1e6), 4)] });
+  const set = (own, control, target = 0) => own.node && own.bus.send({ id: 0x300 + own.node, data: [...bytesOf(control, 2), 9, ...bytesOf(Math.round(target * 1e6), 4)] });
   async function bench() {
     if (benching) return;
-    const own = benching = { on: true, control: 0x06, target: 0, node: chosen };
-    const timer = setInterval(() => { if (own.node === chosen) set(own.control, own.target); }, 15);
+    const own = benching = { on: true, control: 0x06, target: 0, node: chosen, bus };
+    const timer = setInterval(() => { if (own.bus !== simulated || app.running) set(own, own.control, own.target); }, 15);
+    const ask = (index, sub, value) => {
+      if (!own.node) throw new Error("The run has been restarted");
+      return own.bus.transfer(own.node, index, sub, value);
+    };
+    const measured = async (index, type) => numberOf(await ask(index, 0), type);
     const wait = time => new Promise(done => setTimeout(done, time));
     try {
-      bus.send({ id: 0, data: [1, chosen] });
-      set(0x80);
+      own.bus.send({ id: 0, data: [1, own.node] });
+      set(own, 0x80);
       await wait(60);
-      set(0);
-      await write(0x2001, 0, 1, 1);
+      set(own, 0);
+      await ask(0x2001, 0, bytesOf(1, 1));
       for (const control of [0x06, 0x07, 0x0f]) { own.control = control; await wait(120); }
       while (own.on) {
-        const status = await read(0x6041, 0, 6);
+        const status = await measured(0x6041, 6);
         if ((status & 0x6f) !== 0x27 && !(status & 0x8000)) throw new Error(`The drive does not run: statusword 0x${status.toString(16)}. Is a fault latched?`);
         own.target = Number(speed.value);
-        say(`velocity ${(await read(0x606c, 0, 4) * 1e-6).toFixed(2)} rad/s, current ${(await read(0x6078, 0, 3) * 1e-3).toFixed(2)} A`);
+        say(`velocity ${(await measured(0x606c, 4) * 1e-6).toFixed(2)} rad/s, current ${(await measured(0x6078, 3) * 1e-3).toFixed(2)} A`);
       }
       say("The motor is off.");
     } catch (error) {
       say(`${error.message}. Bench mode needs a drive that no guard commands: kill the guard first.`, true);
     } finally {
       clearInterval(timer);
-      set(0);
+      set(own, 0);
       benching = null;
     }
   }
@@ -317,7 +328,13 @@ function createPanel(root, app, link, act, make) {
     if (shown) showNodes();
   }, 100);
   return {
-    start() { simulated.start(); if (bus === simulated) { chosen = null; own.hidden = true; values = new Map(); } list.text = ""; },
+    start() {
+      simulated.start();
+      if (shown) simulated.open(true);
+      if (benching?.bus === simulated) Object.assign(benching, { on: false, node: null });
+      if (bus === simulated) { chosen = null; own.hidden = true; values = new Map(); }
+      list.text = "";
+    },
     choose, openAdapter,
   };
 }

@@ -49,7 +49,7 @@ function act(request) {
   }
   if (request.listen !== undefined) listens = request.listen;
   const answer = ask(request);
-  if (request.start) { client.clear(); time = 0; ask({ listen: listens }); }
+  if (request.start && !JSON.parse(answer).error) { client.clear(); time = 0; ask({ listen: listens }); }
   return answer;
 }
 
