@@ -389,7 +389,7 @@ fn a_visitor_loads_the_robot_and_drops_a_scenario_file() {
         drop(&mut browser, "mine.toml", &text);
         browser.wait("tautrack.still.robot === 'hylos'");
         let chosen = "document.getElementById('place').selectedOptions[0].text";
-        assert_eq!(browser.evaluate(chosen), "mine.toml");
+        browser.wait(&format!("{chosen} === 'mine.toml'"));
         // A file with a mistake is refused with its place, and the run goes on.
         drop(
             &mut browser,
