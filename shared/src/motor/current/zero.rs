@@ -63,8 +63,8 @@ impl Converter {
         away.abs() > bound << FRACTION_BITS
     }
 
-    /// Returns the zero, at most `bound` codes away. It has the whole codes of the mean: less than a
-    /// code is noise.
+    /// Returns the zero, at most `bound` codes away. It has the whole codes of the mean: less than
+    /// a code is noise.
     #[inline]
     fn zero(&self, bound: i32) -> i32 {
         let away = self.mean / (1 << FRACTION_BITS);
