@@ -174,8 +174,8 @@ fn the_bench_program_turns_a_three_phase_motor_with_an_incremental_encoder() {
     assert!((number(&line, "velocity") - 0.5).abs() < 0.05, "{line}");
 }
 
-/// The step of docs/hardware.md in which a resistor and a choke stand for the motor. The model of the
-/// winding has no ripple, so this does not show what the choke is for.
+/// The step of docs/hardware.md in which a resistor and a choke stand for the motor. The model of
+/// the winding has no ripple, so this does not show what the choke is for.
 #[test]
 fn the_bench_program_drives_a_resistor_with_the_asked_current() {
     let text = bench_with(

@@ -70,11 +70,11 @@ impl Tuning {
     }
 
     /// Checks a new `value` of a setting whose value is `before`. Returns whether it takes effect
-    /// at once. A value out of bounds does not; it is refused elsewhere.
+    /// at once. A value out of bounds does not; it is refused elsewhere. Nor does a speed at which
+    /// the board does not bear an open bridge.
     ///
     /// # Errors
-    /// [`Abort::TooHigh`] if the board cannot measure the current, or does not bear an open bridge
-    /// at the speed. [`Abort::DeviceState`] while a calibration runs, and if an armed drive would
+    /// [`Abort::TooHigh`] if the board cannot measure the current. [`Abort::DeviceState`] while a calibration runs, and if an armed drive would
     /// get a higher limit, one below its present current or speed (that would be a fault at once),
     /// or another limit of its deceleration, power or slope ([`Effect::Disarmed`]).
     pub fn check(&self, setting: Setting, before: i32, value: i32) -> Result<bool, Abort> {
@@ -83,13 +83,12 @@ impl Tuning {
         if effect == Effect::Restart || value < row.minimum || value > row.maximum {
             return Ok(false);
         }
-        let largest = match setting {
-            Setting::CurrentLimit => self.largest_current,
-            Setting::VelocityLimit => self.largest_velocity,
-            _ => i32::MAX,
-        };
-        if value > largest {
+        if setting == Setting::CurrentLimit && value > self.largest_current {
             return Err(Abort::TooHigh);
+        }
+        // It may fit the motor that is written next. A save and the next start check both.
+        if setting == Setting::VelocityLimit && value > self.largest_velocity {
+            return Ok(false);
         }
         let present = match setting {
             Setting::CurrentLimit | Setting::BenchCurrent => self.current,

@@ -181,9 +181,9 @@ fn highest(fault: Fault, capacitor: f64, inertia: f32) -> f64 {
 }
 
 /// Highest supply voltage from the moment in which the bridge opens at the highest speeds that a
-/// board allows: because of this fault at 97 % of `velocity_limit`, where a three-phase motor drives
-/// with a weakened field, or has braked for so many milliseconds; "overspeed" comes at 120 %. A load
-/// of 40 N m helps the motor until then.
+/// board allows: because of this fault at 97 % of `velocity_limit`, where a three-phase motor
+/// drives with a weakened field, or has braked for so many milliseconds; "overspeed" comes at
+/// 120 %. A load of 40 N m helps the motor until then.
 fn fastest_peak(
     three_phase: bool,
     fault: Fault,

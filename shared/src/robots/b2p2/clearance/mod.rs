@@ -35,8 +35,8 @@ const BEYOND: f32 = 0.07;
 const PUSH: f32 = 0.55;
 /// Time for which the tracks must push, s.
 const PUSH_TIME: f32 = 0.8;
-/// Commanded speed from which on the time of a phase counts in full, m/s: the timeouts allow for the
-/// travel at this speed.
+/// Commanded speed from which on the time of a phase counts in full, m/s: the timeouts allow for
+/// the travel at this speed.
 const FULL_TIME: f32 = 0.08;
 /// Steepest pitch that gives nothing up, rad.
 const STEEPEST: f32 = statics::GIVEN_UP as f32 - BEYOND;
