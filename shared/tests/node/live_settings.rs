@@ -139,7 +139,6 @@ impl Run {
         };
         let largest = match row.name {
             "current_limit" => LARGEST_CURRENT,
-            "velocity_limit" => LARGEST_VELOCITY,
             _ => row.maximum,
         };
         if value < row.minimum {
@@ -176,7 +175,12 @@ impl Run {
         match *event {
             Event::Write(index, factor) => {
                 let value = (f64::from(self.expected[index]) * factor) as i32;
-                return self.write(index, value);
+                // A higher one waits for the next start.
+                let bears = match live()[index] {
+                    Setting::VelocityLimit => LARGEST_VELOCITY,
+                    _ => i32::MAX,
+                };
+                return self.write(index, value.min(bears));
             }
             Event::Beside(index, above) => {
                 let row = live()[index].bounds();

@@ -98,6 +98,12 @@ impl Tuning {
         let allowed = match effect {
             _ if !self.armed => true,
             Effect::Gain => true,
+            // What waits for the next start is not in force.
+            Effect::Limit
+                if setting == Setting::VelocityLimit && before > self.largest_velocity =>
+            {
+                false
+            }
             Effect::Limit => value <= before && present <= value as f32 * UNIT,
             Effect::Disarmed | Effect::Restart => false,
         };
