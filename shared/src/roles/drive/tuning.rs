@@ -74,9 +74,10 @@ impl Tuning {
     /// the board does not bear an open bridge.
     ///
     /// # Errors
-    /// [`Abort::TooHigh`] if the board cannot measure the current. [`Abort::DeviceState`] while a calibration runs, and if an armed drive would
-    /// get a higher limit, one below its present current or speed (that would be a fault at once),
-    /// or another limit of its deceleration, power or slope ([`Effect::Disarmed`]).
+    /// [`Abort::TooHigh`] if the board cannot measure the current. [`Abort::DeviceState`] while a
+    /// calibration runs, and if an armed drive would get a higher limit, one below its present
+    /// current or speed (that would be a fault at once), or another limit of its deceleration,
+    /// power or slope ([`Effect::Disarmed`]).
     pub fn check(&self, setting: Setting, before: i32, value: i32) -> Result<bool, Abort> {
         let effect = setting.effect();
         let row = setting.bounds();
