@@ -165,7 +165,7 @@ fn the_bench_program_turns_a_three_phase_motor_with_an_incremental_encoder() {
     let text = bench_with(
         "kind = \"pmsm\"\nresistance_ohm = 0.3\ninductance_d_h = 0.0003\n\
          inductance_q_h = 0.0003\nflux_wb = 0.00381\npole_pairs = 7\n",
-        "rotor_sensor = 1\nalignment_current = 8000\nalignment_travel = 100\n",
+        "rotor_sensor = 1\nalignment_current = 8000\nalignment_travel = 100\nvelocity_limit = 3000\n",
     );
     let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three-phases.toml");
     fs::write(&path, text).expect("written");
