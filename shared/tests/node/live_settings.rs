@@ -375,6 +375,22 @@ fn a_lower_limit_acts_on_a_moving_drive_at_once() {
     assert_eq!(wire.get(Setting::CurrentLimit), 4_000);
 }
 
+/// The motor that is written next may allow it.
+#[test]
+fn a_velocity_limit_that_the_present_motor_does_not_allow_waits_for_the_next_start() {
+    let mut wire = Wire::axle(&[]);
+    wire.run(5);
+    let written = LARGEST_VELOCITY + 1;
+    assert_eq!(wire.set(Setting::VelocityLimit, written), None);
+    assert_eq!(wire.get(Setting::VelocityLimit), written);
+    assert_eq!(wire.read((0x2020, 7))[0], 1, "a restart is needed");
+    command(&mut wire, Some((mode::CYCLIC_VELOCITY, 9_000_000)), 1_000);
+    let velocity = wire.outputs().velocity;
+    assert!((velocity - 6.0).abs() < 0.1, "the default: {velocity}");
+    // The value that waits is no limit of the drive that moves.
+    assert_eq!(wire.set(Setting::VelocityLimit, 8_000), Some(DEVICE_STATE));
+}
+
 /// A drive that moves must be able to stop, whatever a client writes.
 #[test]
 fn a_moving_drive_refuses_a_limit_that_would_keep_it_from_stopping() {

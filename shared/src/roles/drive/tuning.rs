@@ -70,8 +70,8 @@ impl Tuning {
     }
 
     /// Checks a new `value` of a setting whose value is `before`. Returns whether it takes effect
-    /// at once. A value out of bounds does not; it is refused elsewhere. Nor does a speed at which
-    /// the board does not bear an open bridge.
+    /// at once. A value out of bounds does not; it is refused elsewhere. A speed at which the board
+    /// does not bear an open bridge waits for the next start.
     ///
     /// # Errors
     /// [`Abort::TooHigh`] if the board cannot measure the current. [`Abort::DeviceState`] while a
@@ -87,30 +87,22 @@ impl Tuning {
         if setting == Setting::CurrentLimit && value > self.largest_current {
             return Err(Abort::TooHigh);
         }
-        // It may fit the motor that is written next. A save and the next start check both.
-        if setting == Setting::VelocityLimit && value > self.largest_velocity {
-            return Ok(false);
-        }
         let present = match setting {
             Setting::CurrentLimit | Setting::BenchCurrent => self.current,
             Setting::VelocityLimit | Setting::BenchSpeed => self.speed,
             _ => 0.0,
         };
+        // It may fit the motor that is written next. A save and the next start check both.
+        let waits = |value| setting == Setting::VelocityLimit && value > self.largest_velocity;
         let allowed = match effect {
             _ if !self.armed => true,
             Effect::Gain => true,
-            // What waits for the next start is not in force.
-            Effect::Limit
-                if setting == Setting::VelocityLimit && before > self.largest_velocity =>
-            {
-                false
-            }
-            Effect::Limit => value <= before && present <= value as f32 * UNIT,
+            Effect::Limit => !waits(before) && value <= before && present <= value as f32 * UNIT,
             Effect::Disarmed | Effect::Restart => false,
         };
         if self.calibrates || !allowed {
             return Err(Abort::DeviceState);
         }
-        Ok(true)
+        Ok(!waits(value))
     }
 }
