@@ -13,6 +13,7 @@ use tautrack::settings::Settings;
 pub static ROLE: Role = Role {
     name: "axle",
     table: &TABLE,
+    shaft_sensor: true,
     check: check::axle,
     start,
 };

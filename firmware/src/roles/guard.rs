@@ -32,6 +32,7 @@ macro_rules! guards {
             pub static ROLE: Role = Role {
                 name: "guard",
                 table: &TABLE,
+                shaft_sensor: false,
                 check: check::guard::<$body>,
                 start: {
                     static GUARD: StaticCell<Guard<$body>> = StaticCell::new();

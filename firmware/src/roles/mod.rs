@@ -30,6 +30,9 @@ pub struct Role {
     pub name: &'static str,
     /// Its objects.
     pub table: &'static Table,
+    /// Whether it reads a sensor at its output shaft. The program of a role that does not is
+    /// smaller.
+    pub shaft_sensor: bool,
     /// Returns a [`Refusal`] if [`Self::start`] would refuse these settings.
     pub check: Check,
     /// Checks the settings and spawns the tasks, with what was found in flash. The board calls it

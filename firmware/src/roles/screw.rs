@@ -15,6 +15,7 @@ use tautrack::settings::Settings;
 pub static ROLE: Role = Role {
     name: "screw",
     table: &TABLE,
+    shaft_sensor: false,
     check: check::screw,
     start,
 };

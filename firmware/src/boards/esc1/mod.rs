@@ -97,7 +97,7 @@ fn start(role: &'static Role, bus: Spawner) {
             Some(p.PB8)
         }
     };
-    let limits = match Kind::of(&settings) {
+    let limits = match Kind::of(&settings).filter(|_| role.shaft_sensor) {
         Some(kind) => {
             shaft_sensor::spawn(bus, kind, p.PB3, p.PB4);
             None
