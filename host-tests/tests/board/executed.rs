@@ -25,7 +25,7 @@ const SCENARIO: &str = "host-tests/scenarios/staircase.toml";
 /// Node id of the chip.
 pub const NODE: u16 = 5;
 /// RAM that static variables and stack may take, bytes.
-const MAX_RAM: usize = 26 * 1024;
+const MAX_RAM: usize = 25 * 1024;
 /// Time in which a node starts, us; less than the watchdog's period.
 const BOOT_US: u64 = 45_000;
 /// Largest number of instructions of the current interrupt, entry and library included.
@@ -313,7 +313,7 @@ pub fn the_current_interrupt_takes_at_most_a_fifth_of_its_period_with_all_wait_s
 }
 
 #[test]
-fn static_variables_and_stack_take_at_most_26_kib() {
+fn static_variables_and_stack_take_at_most_25_kib() {
     let mut axle = armed_axle();
     axle.run(100_000);
     let mut screw = application(&programs().screw, Role::Screw);

@@ -13,7 +13,7 @@ pub const APPLICATION: std::ops::Range<u64> = 0x0800_4000..0x0801_e000;
 /// The loader's flash memory.
 const LOADER: std::ops::Range<u64> = 0x0800_0000..0x0800_4000;
 const RAM: std::ops::Range<u64> = 0x2000_0000..0x2000_8000;
-/// Bytes that static variables may take: 26 KiB with the stack, of which the executed images use
+/// Bytes that static variables may take: 25 KiB with the stack, of which the executed images use
 /// less than 6 KiB.
 const MAX_STATIC_RAM: u64 = 18 * 1024;
 
