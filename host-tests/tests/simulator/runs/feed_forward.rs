@@ -9,7 +9,8 @@ use tautrack_host_tests::simulator::record::{SAMPLE_HZ, Sample};
 #[derive(Debug)]
 struct Tracking {
     rms: f64,
-    worst: f64,
+    /// 99th percentile. A single sample decides the largest distance.
+    most: f64,
 }
 
 /// Computes the distance over the samples after arming at which the set-point has moved since the
@@ -46,12 +47,13 @@ fn tracking(samples: &[Sample]) -> Tracking {
         .map(|milliseconds| f64::from(milliseconds) * 1e-3)
         .min_by(|a, b| rms(*a).total_cmp(&rms(*b)))
         .expect("80 of them");
+    let mut distances: Vec<f64> = (counted.iter())
+        .map(|index| error(*index, delay).abs())
+        .collect();
+    distances.sort_by(f64::total_cmp);
     Tracking {
         rms: rms(delay),
-        worst: counted
-            .iter()
-            .map(|index| error(*index, delay).abs())
-            .fold(0.0, f64::max),
+        most: distances[distances.len() * 99 / 100],
     }
 }
 
@@ -59,9 +61,9 @@ fn tracking(samples: &[Sample]) -> Tracking {
 fn figures(name: &str, samples: &[Sample]) -> Tracking {
     let tracking = tracking(samples);
     println!(
-        "{name}: {:.2} mrad RMS, {:.2} mrad worst",
+        "{name}: {:.2} mrad RMS, {:.2} mrad in 99 %",
         tracking.rms * 1e3,
-        tracking.worst * 1e3
+        tracking.most * 1e3
     );
     tracking
 }
@@ -90,7 +92,6 @@ fn feed_forward_torques_do_no_harm_on_the_staircase() {
         let without = figures("staircase without", &outcome(&without, Board::Host).1);
         let with = figures("staircase", &climb(Board::Host).1);
         assert!(with.rms < 1.1 * without.rms, "{with:?} {without:?}");
-        // A single moment decides this value.
-        assert!(with.worst < 1.3 * without.worst, "{with:?} {without:?}");
+        assert!(with.most < 1.1 * without.most, "{with:?} {without:?}");
     });
 }
