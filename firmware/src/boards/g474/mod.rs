@@ -53,6 +53,7 @@ impl G474 {
     /// Takes note that the last reset followed a failure: the log says so.
     pub(super) fn note_crash() {}
 
+    /// Forgets an event of the processor: this board keeps none.
     pub(super) fn forget_event() {}
 
     /// Whether the emergency stop is actuated.

@@ -160,12 +160,12 @@ impl Section for B2p2 {
         }
     }
 
-    /// Position of the robot's foremost point at the start, m, for any chassis angle: with a
-    /// straight chassis, axle 3 is at `(K + L1) / 2`.
     fn payload_mut(&mut self) -> Option<&mut Payload> {
         self.payload.as_mut()
     }
 
+    /// Position of the robot's foremost point at the start, m, for any chassis angle: with a
+    /// straight chassis, axle 3 is at `(K + L1) / 2`.
     fn front_m(&self) -> f64 {
         f64::midpoint(self.k_m, self.alone().l1) + self.pulley_radius_m
     }

@@ -20,7 +20,7 @@ use crate::bus::pdo::GuardClearance;
 use crate::bus::scale::{centidegrees, milli};
 use crate::math::{Scalar, clamp, limit, max, min};
 use crate::units::Angle;
-use phases::{ASIDE, LEVEL, LEVEL_ROLL, Order, TABLE, When};
+use phases::{ASIDE, LEVEL, LEVEL_ROLL, TABLE, When};
 
 /// Time constant of the pitch rate's low-pass, s.
 const RATE_TIME: f32 = 0.06;
@@ -118,11 +118,12 @@ pub struct Facts {
     pub period: f32,
 }
 
-impl Order {
-    /// Returns the operator's yaw rate, rad/s; 0 in a phase in which the robot stands.
-    fn yaw_rate(&self, facts: &Facts) -> f32 {
-        if self.fastest > 0.0 {
-            facts.yaw_rate
+impl Facts {
+    /// Returns the yaw rate that the operator commands, rad/s; 0 in a phase in which the robot
+    /// stands.
+    fn yaw_rate_in(&self, phase: Phase) -> f32 {
+        if phase.order().fastest > 0.0 {
+            self.yaw_rate
         } else {
             0.0
         }
@@ -269,7 +270,7 @@ impl Clearance {
         let [part, yaw_rate] = if drives && facts.yaw_rate == 0.0 && self.phase == Phase::Descend {
             downhill(facts)
         } else {
-            [1.0, order.yaw_rate(facts)]
+            [1.0, facts.yaw_rate_in(self.phase)]
         };
         Wanted {
             speed: part * order.speed * min(facts.speed, order.fastest),
@@ -285,7 +286,7 @@ impl Clearance {
         self.stuck = 0.0;
         Wanted {
             speed: -min(-facts.speed, order.fastest),
-            yaw_rate: order.yaw_rate(facts),
+            yaw_rate: facts.yaw_rate_in(self.phase),
             chassis: None,
             released: order.released,
         }
