@@ -123,9 +123,9 @@ fn a_calibration_gives_the_comparators_the_zero_that_it_finds() {
 
 #[test]
 fn each_converter_may_have_a_zero_of_its_own() {
-    // 3 A are 0.082 V.
+    // 6 A, twice the largest sum of the currents, are 0.164 V.
     let mut chip = with_motor(&[]);
-    chip.pins(|pins| pins.zeros[2] += 0.082);
+    chip.pins(|pins| pins.zeros[2] += 0.164);
     chip.run(100_000);
     arm(&mut chip);
     for _ in 0..30 {
