@@ -1,5 +1,6 @@
 //! Tests the robots' models and controllers against independent computations.
 
+mod b2p2_clearance;
 mod b2p2_feed_forward;
 mod b2p2_model;
 mod b2p2_zmp;
