@@ -126,14 +126,29 @@ impl Browser {
         self.wait("tautrack.state.sample.received.guard_state === 'armed'");
     }
 
+    /// Does what starts a run, and waits for its first state.
+    fn restart(&mut self, act: impl FnOnce(&mut Self)) {
+        self.evaluate("window.earlier = tautrack.still; 0");
+        act(self);
+        self.wait("tautrack.still !== earlier");
+    }
+
     /// Chooses a robot and a ground by a part of its name.
     fn choose(&mut self, name: &str) {
         let script = format!(
             "(() => {{ const s = document.getElementById('place'); const o = [...s.options].find(o => o.text.includes({name:?})); \
-             s.value = o.value; s.dispatchEvent(new Event('change')); tautrack.state = null; }})()"
+             s.value = o.value; s.dispatchEvent(new Event('change')); }})()"
         );
-        self.evaluate(&script);
-        self.wait("tautrack.state");
+        self.restart(|browser| drop(browser.evaluate(&script)));
+    }
+
+    /// Enters a declared payload of some mass, kg, at a place, m.
+    fn enter_load(&mut self, mass: f64, [x, y, z]: [f64; 3]) {
+        self.click("[data-tab=setup]");
+        self.evaluate(&format!(
+            "(() => {{ const form = document.getElementById('changes').elements; form.declared.checked = true; \
+             form.mass.value = {mass}; form.x.value = {x}; form.y.value = {y}; form.z.value = {z}; }})()"
+        ));
     }
 
     /// Saves the run, and repeats it with `cargo demo`.
@@ -364,15 +379,9 @@ fn a_gamepad_drives_the_robot() {
 fn a_visitor_loads_the_robot_and_drops_a_scenario_file() {
     unless_unchanged("load", || {
         let mut browser = open("load");
-        browser.click("[data-tab=setup]");
-        let form = "const form = document.getElementById('changes').elements";
-        browser.evaluate(&format!(
-            "(() => {{ {form}; form.mass.value = 1.5; form.x.value = 0.2; form.y.value = -0.05; form.z.value = 0.12; }})()"
-        ));
+        browser.enter_load(1.5, [0.2, -0.05, 0.12]);
         keep_desktop(&mut browser, "load");
-        browser.evaluate("tautrack.state = null");
-        browser.click("#changes button");
-        browser.wait("tautrack.state");
+        browser.restart(|browser| browser.click("#changes button"));
         let payload = browser.evaluate("tautrack.still.description.robot.b2p2.payload");
         assert_eq!(payload["mass_kg"], 1.5, "{payload}");
         assert_eq!(payload["place_m"], json!([0.2, -0.05, 0.12]), "{payload}");
@@ -404,6 +413,51 @@ fn a_visitor_loads_the_robot_and_drops_a_scenario_file() {
         let time = browser.evaluate("tautrack.state.sample.time_s");
         browser.wait(&format!("tautrack.state.sample.time_s > {time}"));
         assert_eq!(browser.evaluate(chosen), "mine.toml");
+        browser.assert_no_errors();
+    });
+}
+
+#[test]
+fn a_refusal_to_arm_is_named_and_only_one_off_level_can_be_confirmed() {
+    unless_unchanged("refusal", || {
+        let mut browser = open("refusal");
+        let received = "tautrack.state.sample.received";
+        let state = "document.getElementById('state').innerText";
+        let ready = format!("{received}.guard_state === 'ready'");
+        // A screw that restarts on the stairs is to be homed there.
+        browser.evaluate("tautrack.speed = 4");
+        browser.arm();
+        browser.click("#autonomous");
+        browser.key(true, "KeyW");
+        browser.wait("tautrack.state.sample.truth.pitch > 0.25");
+        browser.key(false, "KeyW");
+        browser.click("[data-tab=break]");
+        for node in ["screw", "guard"] {
+            browser.click(&format!(
+                "#nodes [data-node={node}] button[data-fault*=restart]"
+            ));
+        }
+        browser.wait(&ready);
+        // Whoever presses twice at once confirms nothing.
+        browser.press("Enter");
+        browser.press("Enter");
+        browser.wait(&format!("{state}.includes('not level. Arm again')"));
+        browser.evaluate("new Promise(done => setTimeout(done, 400))");
+        assert_eq!(browser.evaluate("tautrack.state.requested"), "arm");
+        browser.press("Enter");
+        browser.wait("tautrack.state.requested === 'arm_off_level'");
+
+        browser.choose("B2P2: stairs");
+        browser.enter_load(3.0, [-0.5, 0.0, 0.2]);
+        browser.restart(|browser| browser.click("#changes button"));
+        browser.wait(&ready);
+        for _ in 0..2 {
+            browser.press("Enter");
+            let words = "starts no drive: drives would be homed with a margin below";
+            browser.wait(&format!("{state}.includes('{words}')"));
+            browser.evaluate("new Promise(done => setTimeout(done, 400))");
+        }
+        assert_eq!(browser.evaluate("tautrack.state.requested"), "arm");
         browser.assert_no_errors();
     });
 }

@@ -74,7 +74,7 @@ const places = JSON.parse($("places").textContent);
 const app = {
   places, place: places[0], still: null, scene: null, camera: null, state: null, running: true, speed: 1,
   keys: new Set(), command: null, fast: 0.15, busy: false, carry: 0, worst: 0, frames: [], ended: false,
-  pads: new Map(), stick: [0, 0], waits: false, explained: null, error: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
+  pads: new Map(), stick: [0, 0], waits: false, explained: null, error: null, refusal: null, heldBy: null, shown: { support: true, balance: true, forces: true, trails: true },
   inputs: [], listeners: new Set(), changes: null, script: false, text: "", errors: [],
 };
 window.tautrack = app; // for tests and for the console
@@ -107,7 +107,7 @@ async function start(text, changes = {}, script = app.script) {
     app.inputs.length = 0;
     app.panel?.start();
     const [state] = await link.ask({ advance: 1 });
-    Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, error: null, heldBy: null, running: true, carry: 0 });
+    Object.assign(app, { text, changes, script, still, state: null, ended: false, explained: null, error: null, refusal: null, heldBy: null, armed: false, running: true, carry: 0 });
     const first = still.posture.kind === "clearance" ? still.posture.first_m : 0;
     app.command = { speed_mps: 0, yaw_rate_deg_s: 0, chassis_deg: 0, clearance_m: first, step_m: 0, released: false, autonomous: false };
     app.fast = { b2p2: .15, crawler: .15, hylos: .3, "rt-mover": .12 }[still.robot] || .15;
@@ -192,6 +192,10 @@ function take(state) {
     note(time, injected ? "error" : level, text);
     if (level === "error" && !injected) app.error = { time, text };
   }
+  for (const line of state.log) {
+    const [, words, code] = line.match(/guard: .*: not armed: (reason (\d+)|.*)/) ?? [];
+    if (words) app.refusal = { code: Number(code ?? RATE_AT_REST), since: performance.now() };
+  }
   // The latest error of the second before the robot was held, or the first one after that.
   if (received.guard_state !== "held") app.heldBy = null;
   else if (!app.heldBy && app.error && time - app.error.time < 1) app.heldBy = app.error.text;
@@ -248,10 +252,16 @@ function raise(amount) {
 // After a stop, driving goes on by itself.
 const arms = () => ["arm", "arm_off_level"].includes(app.state.requested);
 const goesOn = () => arms() || app.state.requested === "stop";
+// Why the guard has not armed the robot, in the words of object 0x4006:6.
+const REFUSALS = JSON.parse($("tables").textContent).roles.flatMap(role => role.objects).find(({ index, sub }) => index === 0x4006 && sub === 6)
+  .meaning.matchAll(/(\d+) (.*?)(?=, \d+ |\.$)/g).reduce((words, [, code, text]) => words.set(Number(code), text.replaceAll("*", "")), new Map());
+const OFF_LEVEL = 11, RATE_AT_REST = 13;
+const refusesToArm = () => app.refusal && app.state?.sample.received.guard_state === "ready" && app.state.requested === "arm";
+const refusal = () => `The guard starts no drive: ${app.refusal.code === OFF_LEVEL ? "the robot is not level. Arm again to confirm" : REFUSALS.get(app.refusal.code)}.`;
 // The guard does not home the drives of a robot that is not level, unless the operator confirms it by
-// a second request.
-const refusesToArm = () => app.state?.sample.received.guard_state === "ready" && app.state.requested === "arm";
-function arm() { app.armed = true; act({ ask: refusesToArm() ? "arm_off_level" : "arm" }); }
+// a second request. Whoever presses twice at once has not read why.
+const confirms = () => refusesToArm() && app.refusal.code === OFF_LEVEL && performance.now() - app.refusal.since > 300;
+function arm() { app.armed = true; act({ ask: confirms() ? "arm_off_level" : "arm" }); }
 function halt(request) { app.armed = false; app.waits = true; Object.assign(app.command, { speed_mps: 0, yaw_rate_deg_s: 0 }); act({ ask: request }); }
 const stop = () => halt("stop"), emergency = () => halt("emergency_stop"), reset = () => halt("reset");
 function pause() { app.running = !app.running; showTime(); }
@@ -273,6 +283,8 @@ addEventListener("keydown", event => {
 });
 addEventListener("keyup", event => app.keys.delete(event.code));
 addEventListener("blur", () => app.keys.clear());
+// A click leaves no focus on a button: Enter arms.
+addEventListener("click", ({ detail }) => { if (detail && document.activeElement?.matches("button, summary, a, [type=checkbox]")) document.activeElement.blur(); });
 
 function buildStick() {
   const stick = $("stick"), knob = stick.firstElementChild;
@@ -309,7 +321,7 @@ function showNow(found) {
   text($("clock"), `${time.toFixed(1)} s`);
   const name = received.guard_state || "";
   text($("state").firstElementChild, name || "starting");
-  text($("state").lastElementChild, refusesToArm() ? "The guard starts no drive: the robot is not level. Arm again to confirm."
+  text($("state").lastElementChild, refusesToArm() ? refusal()
     : name === "held" ? `${app.heldBy ? `Held by ${app.heldBy}.` : STATES.held} Reset, then arm.` : name === "armed" && !goesOn() ? "Arm to drive on." : STATES[name] ?? "The guard homes the drives and switches them on.");
   const armed = name === "armed";
   text($("verdict"), !still.guard ? "The filter is off" : armed ? found.title : "");
@@ -483,7 +495,7 @@ function build() {
     $("place").value = at;
   };
   $("margins").append(...EDGES.map(edge => make("div", {}, make("span", {}, edge), make("i", {}, make("b")), make("span"))));
-  for (const [id, does] of Object.entries({ arm, stop, emergency, reset, pause, single, restart, save })) $(id).onclick = event => { does(); if (event.detail) event.currentTarget.blur(); };
+  for (const [id, does] of Object.entries({ arm, stop, emergency, reset, pause, single, restart, save })) $(id).onclick = () => does();
   $("speed").append(...[.1, .25, .5, 1, 2, 4].map(value => make("option", { value, ...(value === 1 ? { selected: "" } : {}) }, `${value} ×`)));
   $("speed").onchange = event => { app.speed = Number(event.target.value); event.target.blur(); };
   $("fast").oninput = () => { app.fast = Number($("fast").value); text($("fast").nextElementSibling, `${app.fast.toFixed(2)} m/s`); };
