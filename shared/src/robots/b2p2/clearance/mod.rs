@@ -38,6 +38,9 @@ const PUSH_TIME: f32 = 0.8;
 /// Commanded speed from which on the time of a phase counts in full, m/s: the timeouts allow for
 /// the travel at this speed.
 const FULL_TIME: f32 = 0.08;
+/// Shortest travel of the belts from one nose to the next, m. The flattest stairs, 8 cm by 22 cm,
+/// have 0.23 m. A robot that gets over noses sooner slides back down between them.
+const NOSE_DISTANCE: f32 = 0.2;
 /// Steepest pitch that gives nothing up, rad.
 const STEEPEST: f32 = statics::GIVEN_UP as f32 - BEYOND;
 
@@ -162,6 +165,9 @@ pub struct Clearance {
     /// Pitch at the last progress, and travel since then.
     marked: f32,
     stuck: f32,
+    /// Travel since the last nose, m, and the number of noses in a row that came too soon.
+    since_nose: f32,
+    slides: u8,
     /// Pitch on the noses of these stairs; `None` before the second one.
     noses: Option<f32>,
     /// Pitch that gives an obstacle up.
@@ -201,6 +207,8 @@ impl Clearance {
             pushing_for: 0.0,
             marked: 0.0,
             stuck: 0.0,
+            since_nose: 0.0,
+            slides: 0,
             noses: None,
             too_steep: steepest + BEYOND,
             attempt: Attempt::Taut,
@@ -232,6 +240,7 @@ impl Clearance {
     pub fn advance(&mut self, facts: &Facts) -> Wanted {
         if self.phase == Phase::Off {
             (self.attempt, self.noses, self.crossed) = (Attempt::Taut, None, false);
+            (self.since_nose, self.slides) = (NOSE_DISTANCE, 0);
             self.enter(Phase::Approach, Cause::Operator, facts.pitch);
         }
         self.observe(facts);
@@ -247,6 +256,18 @@ impl Clearance {
                     self.noses
                         .map_or(facts.pitch, |noses| min(noses, facts.pitch)),
                 );
+            }
+            if row.cause == Cause::PastNose {
+                let slid = self.since_nose < NOSE_DISTANCE;
+                self.slides = if slid {
+                    self.slides.saturating_add(1)
+                } else {
+                    0
+                };
+                self.since_nose = 0.0;
+            }
+            if row.to == Phase::Withdraw {
+                self.slides = 0;
             }
             if row.to == Phase::Approach {
                 let cleared = self.crossed && row.cause == Cause::Landed;
@@ -334,6 +355,7 @@ impl Clearance {
         };
         self.travelled += forward;
         self.stuck += max(forward, 0.0);
+        self.since_nose += max(forward, 0.0);
         if (facts.pitch - self.marked).abs() > PROGRESS {
             (self.marked, self.stuck) = (facts.pitch, 0.0);
         }
@@ -365,6 +387,7 @@ impl Clearance {
                 (self.noses).is_some_and(|noses| pitch < noses.to_degrees() - bound)
             }
             When::Stuck(distance) => self.stuck >= distance,
+            When::Slides(times) => self.slides >= times,
             When::Pushing => self.pushing_for >= PUSH_TIME,
             When::MayRelease => self.may_arch && self.attempt == Attempt::TooHigh,
         }
@@ -515,6 +538,20 @@ mod tests {
             drive(&mut clearance, &facts(0.0, 0.0), 3.0);
             assert_eq!(clearance.phase(), Phase::Approach);
             assert_eq!(clearance.report().cleared, cleared);
+        }
+    }
+
+    /// On stairs a robot that slides back after each nose does not climb.
+    #[test]
+    fn noses_too_close_to_each_other_are_no_progress() {
+        for (distance, phase) in [(0.15, Phase::Withdraw), (0.25, Phase::Climb)] {
+            let mut clearance = clearance();
+            drive(&mut clearance, &facts(22.0, 0.0), 1.0);
+            for _ in 0..12 {
+                drive(&mut clearance, &facts(22.0, -40.0), 0.1);
+                drive(&mut clearance, &facts(22.0, 0.0), distance / 0.13 - 0.1);
+            }
+            assert_eq!(clearance.phase(), phase);
         }
     }
 

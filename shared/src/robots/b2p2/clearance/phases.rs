@@ -240,6 +240,9 @@ pub enum When {
     BelowNoses(f32),
     /// The belts have travelled this since the pitch last changed, m.
     Stuck(f32),
+    /// The robot has got over this many noses in a row that were too close to each other: it slides
+    /// back in between.
+    Slides(u8),
     /// The tracks push as against a wall.
     Pushing,
     /// The obstacle was too high for taut belts, and released ones were not tried yet.
@@ -342,6 +345,7 @@ pub const TABLE: &[Transition] = {
         row(P::Climb, &[W::LevelFor(0.2)], C::Level, P::Land),
         row(P::Climb, &[W::PitchBelow(-5.0)], C::Edge, P::Descend),
         row(P::Climb, &[W::Stuck(3.0)], C::NoProgress, P::Withdraw),
+        row(P::Climb, &[W::Slides(5)], C::NoProgress, P::Withdraw),
         row(P::Climb, &[W::Lasted(120.0)], C::Timeout, P::Withdraw),
 
         row(P::Sway, &[W::Turned], C::Turned, P::Held),
