@@ -121,6 +121,15 @@ fn a_calibration_gives_the_comparators_the_zero_that_it_finds() {
     }
 }
 
+/// The pin of a comparator idles at 0.129 V, and a small current is a threshold close to it.
+#[test]
+fn a_calibration_with_a_small_current_limit_drives_the_bridge_after_the_zero_is_known() {
+    let mut chip = with_motor(&[(Setting::CurrentLimit, 2_000)]);
+    chip.run(20_000);
+    calibrate(&mut chip, 80);
+    assert!(chip.is_live());
+}
+
 #[test]
 fn each_converter_may_have_a_zero_of_its_own() {
     // 6 A, twice the largest sum of the currents, are 0.164 V.

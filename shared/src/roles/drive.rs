@@ -317,7 +317,9 @@ impl<C: Control, M: BorrowMut<Measurements>, S: Store> Drive<C, M, S> {
     fn retune(&mut self, motor: &mut impl Motor) {
         let calibrator = &mut self.measurements.borrow_mut().calibrator;
         for setting in Setting::live() {
-            if let Some(value) = self.objects.store.value(setting.bounds().key) {
+            let value = self.objects.store.value(setting.bounds().key);
+            let waits = |value: &i32| self.objects.tuning.waits(setting, *value);
+            if let Some(value) = value.filter(|value| !waits(value)) {
                 calibrator.set(setting, value);
             }
         }

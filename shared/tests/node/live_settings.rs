@@ -389,6 +389,11 @@ fn a_velocity_limit_that_the_present_motor_does_not_allow_waits_for_the_next_sta
     assert!((velocity - 6.0).abs() < 0.1, "the default: {velocity}");
     // The value that waits is no limit of the drive that moves.
     assert_eq!(wire.set(Setting::VelocityLimit, 8_000), Some(DEVICE_STATE));
+    // It waits also when another setting takes effect.
+    assert_eq!(wire.set(Setting::PositionGain, 4_000), None);
+    command(&mut wire, Some((mode::CYCLIC_VELOCITY, 9_000_000)), 1_000);
+    let velocity = wire.outputs().velocity;
+    assert!((velocity - 6.0).abs() < 0.1, "the default: {velocity}");
 }
 
 /// A drive that moves must be able to stop, whatever a client writes.

@@ -92,17 +92,22 @@ impl Tuning {
             Setting::VelocityLimit | Setting::BenchSpeed => self.speed,
             _ => 0.0,
         };
-        // It may fit the motor that is written next. A save and the next start check both.
-        let waits = |value| setting == Setting::VelocityLimit && value > self.largest_velocity;
         let allowed = match effect {
             _ if !self.armed => true,
             Effect::Gain => true,
-            Effect::Limit => !waits(before) && value <= before && present <= value as f32 * UNIT,
+            Effect::Limit => !self.waits(setting, before) && value <= before && present <= value as f32 * UNIT,
             Effect::Disarmed | Effect::Restart => false,
         };
         if self.calibrates || !allowed {
             return Err(Abort::DeviceState);
         }
-        Ok(!waits(value))
+        Ok(!self.waits(setting, value))
+    }
+
+    /// Returns whether a value waits for the next start: at this speed of the present motor the
+    /// board does not bear an open bridge. It may fit the motor that is written next. A save and
+    /// the next start check both.
+    pub fn waits(&self, setting: Setting, value: i32) -> bool {
+        setting == Setting::VelocityLimit && value > self.largest_velocity
     }
 }
