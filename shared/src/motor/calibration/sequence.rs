@@ -8,7 +8,7 @@ use super::resistance::{self, Resistance};
 use super::spin::{self, Axes, Known, Spin};
 use super::swing::{self, Swing};
 use super::tick::{Tick, check, check_at_least, check_at_most};
-use super::zero::Zero;
+use super::zero::{self, Zero};
 use crate::constants::CONTROL_HZ;
 use crate::motor::bridge::{CurrentSensing, MAX_DUTY};
 use crate::motor::current::{
@@ -104,7 +104,10 @@ impl Calibration {
             travel: 0,
             index: None,
             record: Record {
-                sensing: CurrentSensing::default(),
+                sensing: CurrentSensing {
+                    zero: [zero::BEFORE; 2],
+                    ..CurrentSensing::default()
+                },
                 resistance: 0.0,
                 inductance: [0.0; 2],
                 pole_pairs: 0,
@@ -144,9 +147,9 @@ impl Calibration {
             self.state = State::Ended(Err(refusal));
         }
         if let State::Zero(step) = &self.state {
-            match step.of_open_bridge() {
-                None => excitation.open = true,
-                Some(zero) => self.record.sensing.zero = zero,
+            excitation.open = !step.is_live();
+            if let Some(zero) = step.of_open_bridge() {
+                self.record.sensing.zero = zero;
             }
         }
         excitation.sensing = self.record.sensing;

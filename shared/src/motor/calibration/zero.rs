@@ -11,6 +11,10 @@ use crate::math::to_i32;
 const FARTHEST: f32 = 16_384.0;
 /// Largest distance of the zero of a live bridge from that of an open one.
 const LARGEST: f32 = 2_000.0;
+/// Zero with the highest thresholds of comparators, until the bridge has been listened to.
+pub(super) const BEFORE: i32 = 16_384;
+/// Ticks in which comparators follow the zero.
+const FOLLOW: u32 = 5;
 /// Ticks that do not count and ticks that do, with an open bridge.
 const OPEN: [u32; 2] = [100, 100];
 /// The same with a live bridge. The rotor comes to rest first.
@@ -27,9 +31,14 @@ pub(super) struct Zero {
 }
 
 impl Zero {
-    /// Zero of the open bridge, once it is known. The bridge is open before.
+    /// Zero of the open bridge, once it is known.
     pub fn of_open_bridge(&self) -> Option<[i32; 2]> {
         self.open
+    }
+
+    /// Whether the bridge is live: the board has set its comparators by the zero of the open one.
+    pub fn is_live(&self) -> bool {
+        self.open.is_some() && self.ticks > FOLLOW
     }
 
     /// Runs one tick, with zero voltage. The result has the codes.

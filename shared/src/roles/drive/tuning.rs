@@ -95,7 +95,9 @@ impl Tuning {
         let allowed = match effect {
             _ if !self.armed => true,
             Effect::Gain => true,
-            Effect::Limit => !self.waits(setting, before) && value <= before && present <= value as f32 * UNIT,
+            Effect::Limit => {
+                !self.waits(setting, before) && value <= before && present <= value as f32 * UNIT
+            }
             Effect::Disarmed | Effect::Restart => false,
         };
         if self.calibrates || !allowed {
