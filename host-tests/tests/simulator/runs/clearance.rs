@@ -9,6 +9,7 @@ use tautrack_host_tests::scenario::{
 use tautrack_host_tests::simulator::record::Sample;
 use tautrack_host_tests::simulator::run::Options;
 use tautrack_host_tests::tools::suite::clearance::{self, Ending, Shard};
+use tautrack_host_tests::world::terrain::Terrain;
 
 /// First time at which a phase was published, s.
 fn begins(samples: &[Sample], phase: &str) -> Option<f64> {
@@ -48,6 +49,28 @@ fn a_curb_that_is_too_high_for_taut_belts_is_cleared_with_released_ones() {
         let [withdraw, arch, haul] =
             ["withdraw", "arch", "haul"].map(|phase| begins(&samples, phase).expect(phase));
         assert!(withdraw < arch && arch < haul);
+    });
+}
+
+/// An arch that does not reach over the curb climbs its wall. The robot is held while it leans.
+#[test]
+fn a_curb_that_is_too_high_for_an_arch_is_given_up_before_the_robot_stands_upright() {
+    unless_unchanged("clearance-wall", || {
+        let scenario = scenario("clearance/curb-30-cm", |description| {
+            description.terrain = Terrain::Curb {
+                height_m: 0.45,
+                nose_m: 1.7,
+                depth_m: 3.0,
+            };
+            description.duration_s = 60.0;
+            description.expect = Expect::default();
+        });
+        let (summary, samples) = outcome(&scenario, Board::Host);
+        assert!(!summary.toppled && summary.stopped);
+        let last = samples.last().expect("it ran");
+        assert_eq!(last.received.clearance, "held");
+        assert_eq!(last.received.clearance_cause, "too high");
+        assert!(samples.iter().all(|sample| sample.truth.pitch < 1.5));
     });
 }
 

@@ -385,12 +385,12 @@ pub const TABLE: &[Transition] = {
         row(P::Raise, &[W::Lasted(40.0)], C::Timeout, P::Withdraw),
 
         row(P::Arch, &[W::Turned], C::Turned, P::Held),
-        row(P::Arch, &[W::PitchAbove(50.0)], C::TooHigh, P::Held),
+        row(P::Arch, &[W::PitchAbove(44.0)], C::TooHigh, P::Held),
         row(P::Arch, &[W::Travelled(0.33)], C::OnTop, P::Haul),
         row(P::Arch, &[W::Lasted(30.0)], C::Timeout, P::Held),
 
         row(P::Haul, &[W::Turned], C::Turned, P::Held),
-        row(P::Haul, &[W::PitchAbove(50.0)], C::TooHigh, P::Held),
+        row(P::Haul, &[W::PitchAbove(44.0)], C::TooHigh, P::Held),
         row(P::Haul, &[W::Lasted(1.0), W::PitchBelow(11.0)], C::Hauled, P::Land),
         row(P::Haul, &[W::Travelled(1.2)], C::NoProgress, P::Held),
         row(P::Haul, &[W::Lasted(40.0)], C::Timeout, P::Held),
