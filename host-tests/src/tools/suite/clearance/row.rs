@@ -87,8 +87,10 @@ const LEVEL: f64 = 5.0 * std::f64::consts::PI / 180.0;
 const BEHIND_M: f64 = 0.1;
 /// Time for which a robot that gave up stands still before the run ends, s.
 const STILL_S: f64 = 4.0;
-/// Speed of a robot that stands still, m/s.
+/// Speed of its belts, m/s, and the distance to which its centre of gravity moves, m: it may rock
+/// on an edge.
 const STILL_MPS: f64 = 0.005;
+const STILL_M: f64 = 0.005;
 
 /// Returns how a run ended, from its last sample.
 fn ending(last: &Sample, end_m: f64, duration_s: f64) -> Ending {
@@ -136,10 +138,12 @@ pub fn clear(
         end_when: Some(Box::new(move |sample| {
             level_since = behind(sample, end_m).then(|| level_since.unwrap_or(sample.time_s));
             autonomous |= !sample.received.clearance.is_empty();
-            let still = autonomous && stands(sample);
-            still_since = still.then(|| still_since.unwrap_or(sample.time_s));
+            let (time_s, cog) = (sample.time_s, sample.truth.cog);
+            let still = autonomous && belts_stand(sample);
+            let rests = still_since.filter(|(_, from)| distance(*from, cog) < STILL_M);
+            still_since = still.then(|| rests.unwrap_or((time_s, cog)));
             level_since.is_some_and(|since| sample.time_s - since >= LEVEL_S)
-                || still_since.is_some_and(|since| sample.time_s - since >= STILL_S)
+                || still_since.is_some_and(|(since, _)| sample.time_s - since >= STILL_S)
         })),
         inject,
         ..Options::default()
@@ -208,11 +212,15 @@ pub fn clear(
     })
 }
 
-/// Whether the robot and its belts stand still.
-fn stands(sample: &Sample) -> bool {
-    let truth = &sample.truth;
-    let speeds = [truth.ground_speed, truth.belt_speed[0], truth.belt_speed[1]];
+/// Whether the belts stand still.
+fn belts_stand(sample: &Sample) -> bool {
+    let speeds = sample.truth.belt_speed;
     speeds.iter().all(|speed| speed.abs() < STILL_MPS)
+}
+
+fn distance(from: [f64; 3], to: [f64; 3]) -> f64 {
+    let squares = from.iter().zip(to).map(|(from, to)| (to - from).powi(2));
+    squares.sum::<f64>().sqrt()
 }
 
 /// Whether the robot stands level behind the obstacle.
