@@ -105,7 +105,7 @@ impl Calibration {
             index: None,
             record: Record {
                 sensing: CurrentSensing {
-                    zero: [zero::BEFORE; 2],
+                    zero: [zero::LOWEST; 2],
                     ..CurrentSensing::default()
                 },
                 resistance: 0.0,

@@ -11,9 +11,10 @@ use crate::math::to_i32;
 const FARTHEST: f32 = 16_384.0;
 /// Largest distance of the zero of a live bridge from that of an open one.
 const LARGEST: f32 = 2_000.0;
-/// Zero with the highest thresholds of comparators, until the bridge has been listened to.
-pub(super) const BEFORE: i32 = 16_384;
-/// Ticks in which comparators follow the zero.
+/// Lowest zero, code of 2^16. It gives the comparators their highest thresholds. It counts until the
+/// zero of the open bridge is known.
+pub(super) const LOWEST: i32 = 16_384;
+/// Ticks after which the thresholds of the comparators have followed the zero.
 const FOLLOW: u32 = 5;
 /// Ticks that do not count and ticks that do, with an open bridge.
 const OPEN: [u32; 2] = [100, 100];

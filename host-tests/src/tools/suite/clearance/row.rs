@@ -87,9 +87,9 @@ const LEVEL: f64 = 5.0 * std::f64::consts::PI / 180.0;
 const BEHIND_M: f64 = 0.1;
 /// Time for which a robot that gave up stands still before the run ends, s.
 const STILL_S: f64 = 4.0;
-/// Speed of its belts, m/s, and the distance to which its centre of gravity moves, m: it may rock
-/// on an edge.
+/// Largest speed of the belts of a robot that stands still, m/s.
 const STILL_MPS: f64 = 0.005;
+/// Largest distance by which its centre of gravity moves, m. It may rock on an edge.
 const STILL_M: f64 = 0.005;
 
 /// Returns how a run ended, from its last sample.

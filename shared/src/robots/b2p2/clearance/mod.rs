@@ -304,7 +304,8 @@ impl Clearance {
     /// Lets the operator back. The phase stays, and so does the front.
     fn back(&mut self, facts: &Facts) -> Wanted {
         let order = self.phase.order();
-        self.stuck = 0.0;
+        // A robot that is backed on purpose does not slide.
+        (self.stuck, self.slides) = (0.0, 0);
         Wanted {
             speed: -min(-facts.speed, order.fastest),
             yaw_rate: facts.yaw_rate_in(self.phase),
@@ -553,6 +554,23 @@ mod tests {
             }
             assert_eq!(clearance.phase(), phase);
         }
+    }
+
+    #[test]
+    fn an_operator_who_backs_between_noses_may_try_again() {
+        let mut clearance = clearance();
+        drive(&mut clearance, &facts(22.0, 0.0), 1.0);
+        for _ in 0..12 {
+            drive(&mut clearance, &facts(22.0, -40.0), 0.1);
+            drive(&mut clearance, &facts(22.0, 0.0), 1.0);
+            let backward = Facts {
+                speed: -0.13,
+                travel: -0.13 * 4e-3,
+                ..facts(22.0, 0.0)
+            };
+            drive(&mut clearance, &backward, 1.0);
+        }
+        assert_eq!(clearance.phase(), Phase::Climb);
     }
 
     /// At any speed the robot travels as far until a phase times out.
