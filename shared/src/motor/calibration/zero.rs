@@ -11,8 +11,8 @@ use crate::math::to_i32;
 const FARTHEST: f32 = 16_384.0;
 /// Largest distance of the zero of a live bridge from that of an open one.
 const LARGEST: f32 = 2_000.0;
-/// Lowest zero, code of 2^16. It gives the comparators their highest thresholds. It counts until the
-/// zero of the open bridge is known.
+/// Lowest zero, code of 2^16. It gives the comparators their highest thresholds. It counts until
+/// the zero of the open bridge is known.
 pub(super) const LOWEST: i32 = 16_384;
 /// Ticks after which the thresholds of the comparators have followed the zero.
 const FOLLOW: u32 = 5;
